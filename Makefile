@@ -1,0 +1,50 @@
+# Two commands do everything: `make plan` and `make test`. Both make .venv first if need be.
+PYTHON ?= python3
+ROAD ?= commute
+ARGS ?= --corridor road
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: plan test bench docs gallery clean
+
+plan: $(VENV)/.installed
+	$(BIN)/energy-mgr plan $(ROAD) $(ARGS) --out out/plan
+
+test: $(VENV)/.installed-test
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/basedpyright
+	$(BIN)/lint-imports
+	$(BIN)/pytest
+	$(BIN)/mkdocs build --strict --quiet
+
+bench: $(VENV)/.installed-bench
+	$(BIN)/python -m benchmarks
+
+docs: $(VENV)/.installed-test
+	$(BIN)/mkdocs serve
+
+gallery: $(VENV)/.installed
+	$(BIN)/python -m roads.gallery.archetypes
+
+clean:
+	rm -rf $(VENV) out site
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+		echo "energy-mgr needs Python 3.11 or newer, '$(PYTHON)' is: $$($(PYTHON) --version 2>&1)."; \
+		echo "Install a newer one (python.org, or your system's package manager) and say: make $(MAKECMDGOALS) PYTHON=python3.12"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+# an install that is cut short leaves no mark, so that the next call takes it up again
+$(VENV)/.installed: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+$(VENV)/.installed-test: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-bench: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
+	@touch $@ $(VENV)/.installed

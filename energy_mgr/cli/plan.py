@@ -1,0 +1,56 @@
+"""`energy-mgr plan`: the main job."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .progress import ProgressLine
+
+
+@click.command("plan")
+@click.argument("road")
+@click.option("--vehicle", default="romo", show_default=True, help="Name of a shipped car, or a TOML file.")
+@click.option(
+    "--corridor",
+    type=click.Choice(["lane", "own", "road"]),
+    default="own",
+    show_default=True,
+    help="What the car may use: its lane, all lanes that lead its way, or the road from edge to edge.",
+)
+@click.option("--path", type=click.Choice(["lane", "optimal"]), default="optimal", show_default=True, help="Lane centre, or path of least curvature.")
+@click.option("--speed", type=click.Choice(["fast", "eco"]), default="eco", show_default=True, help="As fast as allowed, or with least energy.")
+@click.option(
+    "--time", "journey_time", type=float, help="Arrival time in s. Default: that of the lane centre driven fast.  [--speed fast: the least]"
+)
+@click.option("--margin", type=float, default=0.2, show_default=True, help="Distance in m between the car's side and the borders.")
+@click.option("--qp", type=click.Choice(["piqp", "clarabel"]), default="piqp", show_default=True, help="Solver of the path's QPs.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("out/plan"), show_default=True, help="Folder for the results.")
+def plan_command(road: str, out: Path, **options: Any) -> None:
+    """Plan a thrifty drive along ROAD: a road file (CSV), or a shipped road (commute, rural, descent).
+
+    Prints a comparison with the lane centre at equal arrival time and writes trajectory.csv, plan.json and plan.png.
+    """
+    from ..report.painter import Painter
+
+    progress = ProgressLine()
+    with Painter() as painter:
+        from powertrain import VehicleError
+        from roads import RoadError
+
+        from ..errors import PlanningError
+        from ..planning import plan
+        from ..report import comparison_table, save_plan
+
+        try:
+            made = plan(road, report=progress, **options)
+            progress("drawing")
+            files = save_plan(made, out, draw=painter.draw)
+        except (RoadError, VehicleError, PlanningError) as error:
+            raise click.ClickException(str(error)) from None
+        finally:
+            progress.close()
+    click.echo(comparison_table(made))
+    click.echo("\nwritten: " + ", ".join(str(file) for file in files))

@@ -1,0 +1,114 @@
+"""A plan as files: written whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import PlanningError
+from ..planning import KWH, saving_percent
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from os import PathLike
+
+    from ..planning import Plan
+
+#: The files of a plan.
+FILES = ("trajectory.csv", "plan.json", "plan.png")
+
+
+def save_plan(plan: Plan, folder: str | PathLike[str], *, draw: Callable[[Plan, Path], None] | None = None) -> list[Path]:
+    """Write `trajectory.csv`, `plan.json` and `plan.png` into `folder`, which is made if need be.
+
+    All three are written beside their place first and then moved in; if anything fails before, nothing in `folder` has changed.
+
+    Args:
+        plan: what to write.
+        folder: where.
+        draw: draws the figure into a file; by default `draw_plan`.
+
+    Returns:
+        The paths of the files.
+
+    Raises:
+        PlanningError: the folder cannot be written.
+    """
+    folder = Path(folder)
+    if draw is None:
+        from .figure import draw_plan as draw
+    try:
+        return _write(plan, folder, draw)
+    except OSError as error:
+        raise PlanningError(f"{folder}: cannot be written: {error.strerror}") from None
+
+
+def _write(plan: Plan, folder: Path, draw: Callable[[Plan, Path], None]) -> list[Path]:
+    home = folder.parent if not folder.exists() else folder
+    home.mkdir(parents=True, exist_ok=True)
+    staging = Path(tempfile.mkdtemp(dir=home, prefix=".plan-"))
+    try:
+        header = ",".join(plan.trajectory.COLUMNS)
+        np.savetxt(staging / FILES[0], plan.trajectory.table(), fmt="%.9g", delimiter=",", header=header, comments="")
+        (staging / FILES[1]).write_text(json.dumps(summary(plan), indent=2) + "\n", encoding="utf-8")
+        draw(plan, staging / FILES[2])
+        staging.chmod(0o755)
+        if home == folder:
+            for name in FILES:
+                (staging / name).replace(folder / name)
+        else:
+            staging.rename(folder)
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+    return [folder / name for name in FILES]
+
+
+def summary(plan: Plan) -> dict[str, Any]:
+    """The content of `plan.json`: plain numbers, units in the names; null where a number would mean nothing."""
+    path, profile, compared = plan.chosen.path, plan.chosen.profile, plan.comparison
+    found = path.report
+    return {
+        "road": {"name": plan.road.name, "length_m": plan.road.length, "closed": plan.road.closed},
+        "vehicle": plan.vehicle.name,
+        "corridor": plan.corridor,
+        "margin_m": plan.margin,
+        "journey_time_s": plan.journey_time,
+        "energy_kwh": plan.energy_kwh,
+        "baseline": {"journey_time_s": plan.baseline.journey_time, "energy_kwh": plan.baseline.energy_kwh},
+        "equal_arrival_time": plan.equal_time,
+        "saving_percent": plan.saving_percent,
+        "saving_kwh": plan.baseline.energy_kwh - plan.energy_kwh,
+        "decomposition": {
+            "journey_time_s": compared.journey_time,
+            "path_only_percent": saving_percent(compared.path_only, compared.reference),
+            "speed_only_percent": saving_percent(compared.speed_only, compared.reference),
+            "both_percent": saving_percent(compared.both, compared.reference),
+            "path_only_kwh": _saved(plan, "path_only"),
+            "speed_only_kwh": _saved(plan, "speed_only"),
+            "both_kwh": _saved(plan, "both"),
+        },
+        "path": {
+            "length_m": path.curve.length,
+            "cost_centre": found.cost_centre,
+            "cost": found.cost,
+            "iterations": found.iterations,
+            "solve_ms": found.solve_ms,
+            "max_violation_m": found.max_violation_m,
+            "status": found.status,
+            "optimality": found.optimality,
+            "knots": found.knots,
+            "qp": found.qp,
+        },
+        "speed": {"solve_ms": profile.solve_ms, "status": profile.status, "iterations": profile.iterations, "limit_scale": profile.scale},
+        "energy_by_component_kwh": {name: value / KWH for name, value in plan.chosen.ledger.components.items()},
+    }
+
+
+def _saved(plan: Plan, which: str) -> float | None:
+    run, reference = getattr(plan.comparison, which), plan.comparison.reference
+    return None if run is None or reference is None else reference.energy_kwh - run.energy_kwh

@@ -1,0 +1,88 @@
+"""Where polylines cross: by a spatial index over short pieces, in near-linear time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+
+def self_crossings(points: Floats, *, closed: bool) -> Iterator[tuple[int, int, Floats]]:
+    """Yield (i, j, place): segments i < j of the polyline `points` (n, 2) that cross although they are not neighbours."""
+    line = np.vstack([points, points[:1]]) if closed else points
+    count = len(line) - 1
+    meets = bool(np.hypot(*(line[-1] - line[0])) < 1e-6)
+    starts, ends, owner = _pieces(line)
+    for a, b in _close_pairs(starts, ends):
+        i, j = sorted((int(owner[a]), int(owner[b])))
+        if j - i <= 1 or (meets and i == 0 and j == count - 1):
+            continue
+        place = _crossing(line[i], line[i + 1], line[j], line[j + 1])
+        if place is not None:
+            yield i, j, place
+
+
+def mutual_crossings(first: Floats, second: Floats) -> Iterator[tuple[int, int, Floats]]:
+    """Yield (i, j, place): segment i of polyline `first` (n, 2) crosses segment j of polyline `second` (m, 2)."""
+    one, other = _pieces(first), _pieces(second)
+    starts, ends, owner = np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1]]), np.concatenate([one[2], other[2]])
+    split = len(one[0])
+    for a, b in _close_pairs(starts, ends):
+        if (a < split) == (b < split):
+            continue
+        i, j = int(owner[min(a, b)]), int(owner[max(a, b)])
+        place = _crossing(first[i], first[i + 1], second[j], second[j + 1])
+        if place is not None:
+            yield i, j, place
+
+
+def _pieces(line: Floats) -> tuple[Floats, Floats, NDArray[np.intp]]:
+    """Cut each segment into pieces no longer than the polyline's median segment; `owner` tells the segment of each."""
+    lengths = np.hypot(*np.diff(line, axis=0).T)
+    longest = max(float(np.median(lengths)), float(np.sum(lengths)) / (8 * len(lengths)), 1e-9)
+    parts = np.maximum(np.ceil(lengths / longest), 1).astype(np.intp)
+    owner = np.repeat(np.arange(len(lengths)), parts)
+    part = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+    step = np.diff(line, axis=0)[owner] / parts[owner][:, None]
+    starts = line[owner] + part[:, None] * step
+    return starts, starts + step, owner
+
+
+def _close_pairs(starts: Floats, ends: Floats) -> NDArray[np.intp]:
+    """Pairs (k, 2) of pieces whose boxes overlap, in order. Two pieces that cross have midpoints in the same or in neighbouring cells of a grid."""
+    size = float(np.max(np.hypot(*(ends - starts).T)))
+    cell = np.floor((0.5 * (starts + ends) - starts.min(axis=0)) / size).astype(np.int64)
+    stride = int(cell[:, 1].max()) + 3
+    key = cell[:, 0] * stride + cell[:, 1]
+    order = np.argsort(key, kind="stable")
+    ranked = key[order]
+    low, high = np.minimum(starts, ends), np.maximum(starts, ends)
+    found = []
+    for neighbour in (0, 1, stride - 1, stride, stride + 1):
+        begin, end = np.searchsorted(ranked, key + neighbour), np.searchsorted(ranked, key + neighbour, side="right")
+        count = end - begin
+        a = np.repeat(np.arange(len(key)), count)
+        b = order[np.repeat(begin, count) + np.arange(len(a)) - np.repeat(np.cumsum(count) - count, count)]
+        overlap = np.all((low[a] <= high[b]) & (low[b] <= high[a]), axis=1) & ((neighbour > 0) | (a < b))
+        found.append(np.sort(np.column_stack([a[overlap], b[overlap]]), axis=1))
+    pairs = np.concatenate(found)
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+
+
+def _crossing(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats | None:
+    """The point where segment ab crosses or touches cd, None where it does not (parallel segments never count)."""
+    along, across = b - a, d - c
+    det = along[0] * across[1] - along[1] * across[0]
+    if abs(det) < 1e-12 * np.hypot(*along) * np.hypot(*across):
+        return None
+    gap = c - a
+    t = (gap[0] * across[1] - gap[1] * across[0]) / det
+    u = (gap[0] * along[1] - gap[1] * along[0]) / det
+    return a + t * along if 0.0 <= t <= 1.0 and 0.0 <= u <= 1.0 else None

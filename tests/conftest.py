@@ -1,0 +1,28 @@
+"""Fixtures shared by all tests."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from powertrain import Vehicle, load_vehicle
+
+#: Real roads to try the code on; not part of the project. ENERGY_MGR_DATA names the folder, else it is looked for beside the checkout.
+DATA = Path(os.environ.get("ENERGY_MGR_DATA", Path(__file__).parents[2] / "shared" / "data"))
+
+
+@pytest.fixture(scope="session")
+def romo() -> Vehicle:
+    return load_vehicle("romo")
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(20261122)
+
+
+@pytest.fixture
+def straight_rows() -> list[tuple[float, ...]]:
+    """Rows of a good track CSV: 295 m straight, 7 m wide."""
+    return [(5.0 * i, 0.0, 3.5, 3.5) for i in range(60)]
