@@ -154,20 +154,20 @@ def _explain(problem: CurvatureProblem) -> None:
     """Raise InfeasibleError if the constraints contradict each other: let each control point give way and see which must, by how much."""
     k = _constraints(problem)
     n, m = k.G.shape[1], k.G.shape[0]
-    slack = sp.identity(m, format="csc")
+    slack, open_end = sp.identity(m, format="csc"), np.full(m, np.inf)
     relaxed = Constraints(
         sp.csc_matrix(sp.hstack([k.A, sp.csc_matrix((k.A.shape[0], m))])),
         k.b,
-        sp.csc_matrix(sp.hstack([k.G, slack])),
-        k.lower,
-        k.upper,
-        np.concatenate([k.x_lower, np.full(m, -np.inf)]),
-        np.concatenate([k.x_upper, np.full(m, np.inf)]),
+        sp.csc_matrix(sp.vstack([sp.hstack([k.G, slack]), sp.hstack([k.G, -slack])])),
+        np.concatenate([k.lower, -open_end]),
+        np.concatenate([open_end, k.upper]),
+        np.concatenate([k.x_lower, np.zeros(m)]),
+        np.concatenate([k.x_upper, open_end]),
     )
     weight = sp.diags(np.concatenate([np.full(n, 1e-8), np.ones(m)]), format="csc")
     found = QP_SOLVERS["clarabel"](relaxed).solve(sp.csc_matrix(weight), np.zeros(n + m), _FINEST_QP)
     if found is not None:
-        gaps = np.abs(found[n:])
+        gaps = found[n:]
         at = int(np.argmax(gaps))
         if gaps[at] > 1e-4:
             raise InfeasibleError(

@@ -74,8 +74,10 @@ class Clarabel:
         k = constraints
         low, high = np.flatnonzero(np.isfinite(k.x_lower)), np.flatnonzero(np.isfinite(k.x_upper))
         unit = sp.identity(len(k.x_lower), format="csr")
-        self._matrix = sp.csc_matrix(sp.vstack([k.A, k.G, -k.G, unit[high], -unit[low]]))
-        self._rhs = np.concatenate([k.b, k.upper, -k.lower, k.x_upper[high], -k.x_lower[low]])
+        below, above = np.flatnonzero(np.isfinite(k.upper)), np.flatnonzero(np.isfinite(k.lower))
+        rows = sp.csr_matrix(k.G)
+        self._matrix = sp.csc_matrix(sp.vstack([k.A, rows[below], -rows[above], unit[high], -unit[low]]))
+        self._rhs = np.concatenate([k.b, k.upper[below], -k.lower[above], k.x_upper[high], -k.x_lower[low]])
         self._cones = [clarabel.ZeroConeT(len(k.b)), clarabel.NonnegativeConeT(len(self._rhs) - len(k.b))]
 
     def solve(self, P: sp.csc_matrix, c: Floats, tolerance: float) -> Floats | None:

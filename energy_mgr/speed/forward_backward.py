@@ -156,8 +156,8 @@ def _stoppable(limits: SpeedLimits, slope: float, end: float, wanted: float) -> 
 
 def _refuse_standstill(limits: SpeedLimits, energy: Floats, slope: Floats) -> None:
     """Inner stations where the profile comes to a halt are places that the car cannot pass."""
-    inner = slice(None) if limits.closed else slice(1, -1)
-    if np.all(energy[inner] > _STANDSTILL**2 * 0.5 * limits.v_max[inner] ** 2):
+    reached = energy > _STANDSTILL**2 * 0.5 * limits.v_max[: len(energy)] ** 2
+    if np.all(reached if limits.closed else reached[1:-1]):
         return
     drive, regen = (float(force) for force in force_limits(limits.vehicle, 0.0))
     resistance = driving_resistance(limits.vehicle, 0.0, slope)

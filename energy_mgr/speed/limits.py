@@ -69,7 +69,7 @@ class SpeedLimits:
         fine = np.linspace(0.0, path.curve.length, count * per + 1)
         own = vehicle.limits
         posted = np.minimum(road.speed_limit_at(path.road_station(fine)), own.speed_max_mps)
-        lateral = np.sqrt(own.lateral_acceleration_max_mps2 / np.maximum(np.abs(path.curve.curvature(fine)), 1e-6))
+        lateral = _lateral_bound(path, fine, own.lateral_acceleration_max_mps2)
         s = fine[::per]
         limits = cls(
             vehicle,
@@ -111,6 +111,19 @@ class SpeedLimits:
         """The limits with posted speeds and accelerations times `factor` (V2); bends and given end speeds stay."""
         slower = replace(self, v_posted=self.v_posted * factor, acceleration=self.acceleration * factor, deceleration=self.deceleration * factor)
         return replace(slower, start_speed=min(self.start_speed, float(slower.v_max[0])), end_speed=min(self.end_speed, float(slower.v_max[-1])))
+
+
+def _lateral_bound(path: Path, fine: Floats, acceleration: float) -> Floats:
+    """Speed at which lateral acceleration reaches its bound, at equally spaced `fine` stations.
+
+    Curvature has its peaks at the knots of the path, where it has a kink; each knot's bound is put at the two stations beside it.
+    """
+    knots = path.curve.breaks_s
+    bound, at_knots = (np.sqrt(acceleration / np.maximum(np.abs(path.curve.curvature(s)), 1e-6)) for s in (fine, knots))
+    before = np.clip(np.searchsorted(fine, knots, side="right") - 1, 0, len(fine) - 2)
+    np.minimum.at(bound, before, at_knots)
+    np.minimum.at(bound, before + 1, at_knots)
+    return bound
 
 
 def _least_beside(fine: Floats, per: int, closed: bool) -> Floats:

@@ -48,7 +48,8 @@ def test_what_comes_back_is_less_than_what_went_in(romo: Vehicle):
 
 
 @pytest.mark.parametrize(
-    ("s", "v"), [([0, 1, 1], [1, 1, 1]), ([0, 1, 2], [1, -1, 1]), ([0, 1, 2], [1, 0, 0]), ([0, 1, 2], [1, np.nan, 1]), ([0], [1]), ([0, 1], [1, 1, 1])]
+    ("s", "v"),
+    [([0, 1, 1], [1, 1, 1]), ([0, 1, 2], [1, -1, 1]), ([0, 1, 2], [1, 0, 0]), ([0, 1, 2], [1, np.nan, 1]), ([0], [1]), ([0, 1], [1, 1, 1])],
 )
 def test_drives_that_are_none_are_refused(romo: Vehicle, s: list[float], v: list[float]):
     with pytest.raises(VehicleError, match="drive"):

@@ -15,7 +15,9 @@ def test_derived_constants_are_those_of_the_specification(romo: Vehicle):
     assert copper_factor(romo) == pytest.approx(0.0291952, abs=5e-8)
 
 
-@pytest.mark.parametrize(("kmh", "torque", "loss", "efficiency"), [(50, 20, 136, 0.882), (50, 40, 205, 0.908), (50, 160, 1108, 0.880), (100, 160, 1118, 0.936)])
+@pytest.mark.parametrize(
+    ("kmh", "torque", "loss", "efficiency"), [(50, 20, 136, 0.882), (50, 40, 205, 0.908), (50, 160, 1108, 0.880), (100, 160, 1118, 0.936)]
+)
 def test_losses_and_efficiency_are_the_hand_values_of_the_specification(romo: Vehicle, kmh: float, torque: float, loss: float, efficiency: float):
     speed = kmh / 3.6 * romo.motor_ratio
     found = sum(motor_losses(romo, torque, speed))
