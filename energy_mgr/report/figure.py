@@ -48,7 +48,10 @@ def draw_plan(plan: Plan, path: str | PathLike[str], *, dpi: int = 200) -> None:
             else:
                 axes.set_xlabel("station on the path in m")
 
-        figure.savefig(path, dpi=dpi, **({"pil_kwargs": {"compress_level": 3}} if str(path).endswith(".png") else {}))
+        if str(path).endswith(".png"):
+            figure.savefig(path, dpi=dpi, pil_kwargs={"compress_level": 3})
+        else:
+            figure.savefig(path, dpi=dpi)
 
 
 def _edges(plan: Plan, s: Floats) -> tuple[Floats, Floats]:

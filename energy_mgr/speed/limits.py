@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from roads.curve import curvature_of
+
 from ..errors import PlanningError
 
 if TYPE_CHECKING:
@@ -23,8 +25,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-#: Curvature and posted limits are looked up this densely, m.
-_LOOK = 0.1
+#: Curvature and posted limits are looked up this densely, m, and at least so often per piece of the path.
+_LOOK, _LEAST_SAMPLES = 0.1, 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,19 +67,18 @@ class SpeedLimits:
             PlanningError: a start or end speed above the limit there.
         """
         count = max(int(np.ceil(path.curve.length / step)), 4)
-        per = max(int(np.ceil(path.curve.length / count / _LOOK)), 1)
-        fine = np.linspace(0.0, path.curve.length, count * per + 1)
+        s = np.linspace(0.0, path.curve.length, count + 1)
+        at, kappa = _curvature_samples(path)
         own = vehicle.limits
-        posted = np.minimum(road.speed_limit_at(path.road_station(fine)), own.speed_max_mps)
-        lateral = _lateral_bound(path, fine, own.lateral_acceleration_max_mps2)
-        s = fine[::per]
+        posted = np.minimum(road.speed_limit_at(path.road_station(at)), own.speed_max_mps)
+        lateral = np.sqrt(own.lateral_acceleration_max_mps2 / np.maximum(np.abs(kappa), 1e-6))
         limits = cls(
             vehicle,
             road.name,
             s,
             road.height_at(path.road_station(s)),
-            _least_beside(posted, per, road.closed),
-            _least_beside(lateral, per, road.closed),
+            _least_beside(s, at, posted, road.closed),
+            _least_beside(s, at, lateral, road.closed),
             own.acceleration_max_mps2,
             own.deceleration_max_mps2,
             road.closed,
@@ -113,22 +114,29 @@ class SpeedLimits:
         return replace(slower, start_speed=min(self.start_speed, float(slower.v_max[0])), end_speed=min(self.end_speed, float(slower.v_max[-1])))
 
 
-def _lateral_bound(path: Path, fine: Floats, acceleration: float) -> Floats:
-    """Speed at which lateral acceleration reaches its bound, at equally spaced `fine` stations.
+def _curvature_samples(path: Path) -> tuple[Floats, Floats]:
+    """Stations and curvatures along the path, dense enough that a peak between two samples is less than 0.1 % higher.
 
-    Curvature has its peaks at the knots of the path, where it has a kink; each knot's bound is put at the two stations beside it.
+    Samples are equally spaced over the parameter of each piece. Knots are among them, since curvature has kinks there; where knots lie close on the
+    path because normals of the road run together, curvature changes fastest and the samples lie as close.
     """
-    knots = path.curve.breaks_s
-    bound, at_knots = (np.sqrt(acceleration / np.maximum(np.abs(path.curve.curvature(s)), 1e-6)) for s in (fine, knots))
-    before = np.clip(np.searchsorted(fine, knots, side="right") - 1, 0, len(fine) - 2)
-    np.minimum.at(bound, before, at_knots)
-    np.minimum.at(bound, before + 1, at_knots)
-    return bound
+    curve = path.curve
+    breaks = curve.pieces.breaks
+    parts = np.maximum(np.ceil(np.diff(curve.breaks_s) / _LOOK).astype(int), _LEAST_SAMPLES)
+    piece = np.repeat(np.arange(len(parts)), parts)
+    part = np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)
+    u = np.append(breaks[piece] + np.diff(breaks)[piece] * part / parts[piece], breaks[-1])
+    return curve.station(u), curvature_of(curve.pieces, u)
 
 
-def _least_beside(fine: Floats, per: int, closed: bool) -> Floats:
-    """At every `per`-th sample the least value of the `per` samples on either side, itself included."""
-    blocks = np.minimum(fine[:-1].reshape(-1, per).min(axis=1), fine[per::per])
-    before = np.concatenate([blocks[-1:] if closed else blocks[:1], blocks])
-    after = np.concatenate([blocks, blocks[:1] if closed else blocks[-1:]])
+def _least_beside(s: Floats, at: Floats, values: Floats, closed: bool) -> Floats:
+    """At each station of `s` the least of the `values` found `at` stations in the two intervals beside it."""
+    interval = np.clip(np.searchsorted(s, at, side="right") - 1, 0, len(s) - 2)
+    least = np.full(len(s) - 1, np.inf)
+    np.minimum.at(least, interval, values)
+    # a sample just outside an interval bounds it too: what lies between the two samples is in both
+    np.minimum.at(least, interval[1:], values[:-1])
+    np.minimum.at(least, interval[:-1], values[1:])
+    before = np.concatenate([least[-1:] if closed else least[:1], least])
+    after = np.concatenate([least, least[:1] if closed else least[-1:]])
     return np.minimum(before, after)

@@ -209,7 +209,8 @@ def test_a_kill_half_way_leaves_nothing_behind(tmp_path: Path):
 
 
 def test_help_is_quick_and_loads_nothing_heavy():
-    code = "import sys; from energy_mgr.cli.main import main; main(['--help']); print(sorted({'numpy', 'scipy', 'casadi', 'matplotlib'} & set(sys.modules)))"
+    heavy = "{'numpy', 'scipy', 'casadi', 'matplotlib'}"
+    code = f"import sys; from energy_mgr.cli.main import main; main(['--help']); print(sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
     walls = []
