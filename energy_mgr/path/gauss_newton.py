@@ -38,9 +38,10 @@ class Solution:
         x: the point.
         cost: the cost there.
         iterations: QPs solved.
-        optimality: decrease of the cost that the last model still promised, relative to the cost; small at an optimum.
+        optimality: decrease of the cost that is left, relative to the cost: what the last QP promised, or, where the QPs before shrank fast, the
+            rest of their series.
         converged: the promise fell below the tolerance.
-        qp: the back end that solved the last QP; not the one asked for if that one failed.
+        solver: what solved the last QP; not the back end asked for if that one failed.
     """
 
     x: Floats
@@ -48,7 +49,7 @@ class Solution:
     iterations: int
     optimality: float
     converged: bool
-    qp: QpName
+    solver: str
 
 
 def solve(
@@ -66,7 +67,7 @@ def solve(
         problem: what to minimise.
         x: (3n,) where to start; it need not keep the constraints.
         qp: the back end for the QPs.
-        tolerance: stop when a step promises less than this fraction of the cost.
+        tolerance: stop when less than this fraction of the cost is left to gain.
         iterations: at most so many QPs.
         report: called with a line of progress per iteration.
 
@@ -75,7 +76,7 @@ def solve(
         SolverError: the QP back end failed on a feasible problem.
     """
     backend = QP_SOLVERS[qp](_constraints(problem))
-    inside, optimality, accuracy = _inside(problem, x), np.inf, _ROUGHEST_QP
+    inside, optimality, last, accuracy = _inside(problem, x), np.inf, np.inf, _ROUGHEST_QP
     for count in range(1, iterations + 1):
         cost, gradient, hessian = problem.gauss_newton(x)
         scale = 1.0 / max(cost, 1e-12)
@@ -86,18 +87,28 @@ def solve(
             target, qp, backend = _second_try(problem, model, qp, count)
         step = target - x
         promise = -float(gradient @ step) - 0.5 * float(step @ (hessian @ step))
-        optimality = abs(promise) * scale
+        optimality = _left_over(abs(promise) * scale, last)
+        last = abs(promise) * scale
         length = _line_search(problem, x, step, cost, float(gradient @ step), promise) if inside else 1.0
-        reached = optimality < tolerance and accuracy <= 0.1 * tolerance
+        reached = optimality < tolerance and accuracy <= 0.2 * tolerance
         if inside and (length == 0.0 or reached):
             x = x + length * step
             return Solution(x, problem.cost(x), count, optimality, reached or optimality < 100 * tolerance, qp)
         x, inside = x + length * step, True
         # as in inexact Newton methods: no QP needs solving much closer than the next step is worth
-        accuracy = float(np.clip(1e-3 * optimality, _FINEST_QP, _ROUGHEST_QP))
+        accuracy = float(np.clip(3e-6 * last, _FINEST_QP, _ROUGHEST_QP))
         if report:
             report(f"path: iteration {count}, integral of squared curvature {problem.cost(x):.6f} 1/m")
     return Solution(x, problem.cost(x), iterations, optimality, False, qp)
+
+
+def _left_over(promise: float, last: float) -> float:
+    """The decrease that is left after a step that promises `promise` of the cost and follows one that promised `last`.
+
+    Gauss-Newton steps shrink at a steady rate. Where the rate is good, what is left after this step is the rest of a geometric series.
+    """
+    rate = promise / last
+    return promise * rate / (1.0 - rate) if rate < 0.1 else promise
 
 
 def _second_try(problem: CurvatureProblem, model: tuple[sp.csc_matrix, Floats], qp: QpName, count: int) -> tuple[Floats, QpName, QpSolver]:

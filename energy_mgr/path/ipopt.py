@@ -5,7 +5,6 @@ The cost is written here once more, from (3.11), as symbols; nothing of the anal
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -22,30 +21,28 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 
-def solve(problem: CurvatureProblem, x: Floats, *, tolerance: float = 1e-9) -> tuple[Solution, float]:
-    """Minimise the cost of `problem` from the point `x`.
+def build(problem: CurvatureProblem, *, tolerance: float = 1e-9) -> ca.Function:
+    """The solver for `problem`; building it takes longer than running it."""
+    variables = ca.SX.sym("x", 3 * len(problem.q))
+    matrix = ca.vertcat(ca.DM(problem.equalities[0]), ca.DM(problem.rows[0]))
+    options = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.tol": tolerance, "ipopt.max_iter": 500}
+    return ca.nlpsol("path", "ipopt", {"x": variables, "f": _cost(problem, variables), "g": ca.mtimes(matrix, variables)}, options)
 
-    Returns:
-        The solution, and the seconds spent in IPOPT alone, without building the symbols.
+
+def solve(problem: CurvatureProblem, x: Floats, solver: ca.Function | None = None) -> Solution:
+    """Minimise the cost of `problem` from the point `x`, with a solver that was built for it or a new one.
 
     Raises:
         SolverError: IPOPT did not converge.
     """
-    variables = ca.SX.sym("x", len(x))
-    cost = _cost(problem, variables)
-    (equal, rhs), (rows, row_lower, row_upper) = problem.equalities, problem.rows
+    solver = solver or build(problem)
+    (_, rhs), (_, row_lower, row_upper) = problem.equalities, problem.rows
     lower, upper = problem.bounds
-    matrix = ca.vertcat(ca.DM(equal), ca.DM(rows))
-    options = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.tol": tolerance, "ipopt.max_iter": 500}
-    solver = ca.nlpsol("path", "ipopt", {"x": variables, "f": cost, "g": ca.mtimes(matrix, variables)}, options)
-    started = time.perf_counter()
     found = solver(x0=x, lbx=lower, ubx=upper, lbg=np.concatenate([rhs, row_lower]), ubg=np.concatenate([rhs, row_upper]))
-    seconds = time.perf_counter() - started
     stats: dict[str, Any] = solver.stats()
     if not stats["success"]:
         raise SolverError(f"{problem.corridor.name}: IPOPT ended with {stats['return_status']}")
-    point = np.array(found["x"]).ravel()
-    return Solution(point, float(found["f"]), int(stats["iter_count"]), 0.0, True, "piqp"), seconds
+    return Solution(np.array(found["x"]).ravel(), float(found["f"]), int(stats["iter_count"]), 0.0, True, "ipopt")
 
 
 def _cost(problem: CurvatureProblem, x: Any) -> Any:

@@ -86,7 +86,7 @@ def plan_path(
         max_violation_m=worst,
         solve_ms=1e3 * (time.perf_counter() - started),
         knots=len(problem.q),
-        qp=found.solution.qp,
+        qp=found.solution.solver,
     )
     return Path(found.curve, found.curve.breaks_s, problem.breaks, made)
 

@@ -24,7 +24,7 @@ class PathReport:
         cost_centre: integral of squared curvature of the lane centre, 1/m.
         cost: the same of the path, 1/m.
         iterations: QPs solved.
-        optimality: decrease that the last QP still promised, relative to the cost.
+        optimality: decrease of the cost that is left, relative to the cost, as the QPs' promises tell.
         max_violation_m: how far the path leaves the corridor on re-evaluation every 0.1 m; zero or less is inside.
         solve_ms: wall time from corridor to checked path.
         knots: knots of the spline.

@@ -42,7 +42,7 @@ def test_cost_is_that_of_ipopt_with_exact_derivatives(name: str):
     road = roads.open_road(name)
     problem = CurvatureProblem.on(road.corridor("road", 1.05), road.lane_centre(), spacing=4.0, control_points=3)
     start = problem.initial()
-    ours, (theirs, _) = gauss_newton.solve(problem, start), ipopt.solve(problem, start)
+    ours, theirs = gauss_newton.solve(problem, start), ipopt.solve(problem, start)
     assert ours.converged
     # asked for: 0.1 %; both stop at about 1e-6
     assert ours.cost <= theirs.cost * (1 + 1e-5)
