@@ -79,7 +79,7 @@ def _draw_map(axes: Axes, plan: Plan) -> None:
     _draw_lines(axes, plan, _stations(plan.road.length, plan.road.length / 4000.0), 0.9)
     start = plan.chosen.path.curve.position(0.0)
     axes.plot(*start, marker="o", markersize=4, color=PLAN, zorder=3)
-    axes.annotate("start", (float(start[0]), float(start[1])), textcoords="offset points", xytext=(-6, 0), ha="right", va="center", fontsize=7)
+    axes.annotate("start", (float(start[0]), float(start[1])), textcoords="offset points", xytext=(0, 6), ha="center", fontsize=7)
     place = plan.chosen.path.curve.position(_sharpest(plan)[1])
     axes.plot(*place, marker="s", markersize=9, markerfacecolor="none", markeredgecolor=BORDER, markeredgewidth=0.8, zorder=3)
     axes.set_title(f"{plan.road.name}, {plan.road.length / 1000.0:.2f} km")
@@ -122,6 +122,10 @@ def _draw_speed(axes: Axes, plan: Plan) -> None:
     saved = plan.saving_percent
     change = f"{saved:.1f} % less energy" if saved is not None else f"{plan.baseline.energy_kwh - plan.energy_kwh:.4f} kWh less"
     axes.set_title(f"{plan.journey_time:.1f} s, {plan.energy_kwh:.4f} kWh: {change} than the baseline ({plan.baseline.journey_time:.1f} s)")
+    # room below the curves for the legend
+    top = KMH * max(float(np.max(run.profile.v)) for run in (plan.chosen, plan.baseline))
+    top = max(top, KMH * float(np.max(plan.chosen.limits.v_max)))
+    axes.set_ylim(-0.28 * top, 1.06 * top)
     axes.legend(loc="lower center", ncols=3, frameon=False)
 
 
