@@ -63,7 +63,7 @@ class Drive(_Section, frozen=True, kw_only=True):
     regen_power_max_w: NotNegative
     inverter_constant_w: NotNegative
     inverter_per_current_wpa: NotNegative
-    phase_resistance_ohm: NotNegative
+    phase_resistance_ohm: Positive
     pole_pairs: Annotated[int, msgspec.Meta(ge=1, le=200)]
     magnet_flux_wb: Positive
     hysteresis_nm: NotNegative
@@ -113,7 +113,7 @@ def load_vehicle(name_or_path: str | PathLike[str]) -> Vehicle:
         VehicleError: no such car, or a file that is not TOML, lacks a key, has an unknown one or a value out of range.
     """
     path = Path(name_or_path)
-    if path.suffix == "" and not path.exists():
+    if path.suffix == "" and not path.is_file():
         if str(name_or_path) not in shipped():
             raise VehicleError(f"{name_or_path}: no such file and no shipped vehicle, expected a TOML file or one of {', '.join(shipped())}")
         path = SHELF / f"{name_or_path}.toml"

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from .curve import curvature_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -18,6 +17,8 @@ if TYPE_CHECKING:
 
 #: Offsets towards the inside of a bend end at this fraction of the bend's radius, where normals of the reference would meet.
 FOLD = 0.9
+#: Places at which a border is looked up under the disc that must not touch it.
+_LOOKS = 13
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,23 +53,42 @@ class Corridor:
     def offsets(self, s: ArrayLike) -> tuple[Floats, Floats]:
         """Right and left offset that a point may use at stations `s`, m.
 
-        The margin is kept at right angles to the border, also where the road widens. Inside tight bends the strip ends at 0.9 of the
-        reference's radius, since beyond its centre of curvature an offset no longer means one place. Where the road is narrower than
-        twice the margin the right offset comes out larger than the left one; see `narrowest`.
+        A disc of radius `margin` about a usable place touches neither border, also where the road widens or narrows. Inside tight bends the
+        strip ends at 0.9 of the reference's radius, since beyond its centre of curvature an offset no longer means one place. Where the road is
+        too narrow for the disc the right offset comes out larger than the left one; see `narrowest`.
         """
-        return self._usable(s, self.reference.curvature(s))
-
-    def _usable(self, s: ArrayLike, kappa: Floats) -> tuple[Floats, Floats]:
+        s = np.asarray(s, dtype=np.float64)
         right, left = self.borders(s)
-        step = 0.5
-        right_ahead, left_ahead = self.borders(np.asarray(s) + step)
-        right_behind, left_behind = self.borders(np.asarray(s) - step)
-        right = right + self.margin * _slant((right_ahead - right_behind) / (2 * step), 1.0 - kappa * right)
-        left = left - self.margin * _slant((left_ahead - left_behind) / (2 * step), 1.0 - kappa * left)
+        kappa = self.reference.curvature(s)
+        if self.margin > 0.0:
+            right, left = self._eroded(s, kappa, -right, 0, -1.0), self._eroded(s, kappa, left, 1, 1.0)
+            right = -right
         radius = FOLD / np.maximum(np.abs(kappa), 1e-9)
         left = np.where(kappa > 0.0, np.minimum(left, radius), left)
         right = np.where(kappa < 0.0, np.maximum(right, -radius), right)
         return right, left
+
+    def _eroded(self, s: Floats, kappa: Floats, border: Floats, which: int, side: float) -> Floats:
+        """Distance that a disc's centre may be off the reference towards one border (counted positive that way), at stations `s`.
+
+        The border is taken as straight between looks along it; the lowest place of each straight piece under the disc is known in closed form.
+        """
+        if self._is_constant[which]:
+            return border - self.margin
+        stretch = np.maximum(1.0 - side * kappa * border, 0.1)
+        along = self.margin * np.linspace(-1.0, 1.0, _LOOKS)
+        heights = [side * self.borders(s + step / stretch)[which] for step in along]
+        least = np.full(np.shape(s), np.inf)
+        for a, b, low, high in zip(along[:-1], along[1:], heights[:-1], heights[1:], strict=True):
+            rise = (high - low) / (b - a)
+            touch = np.clip(-rise * self.margin / np.sqrt(1.0 + rise**2), a, b)
+            disc = np.sqrt(np.maximum(self.margin**2 - touch**2, 0.0))
+            least = np.minimum(least, low + rise * (touch - a) - disc)
+        return least
+
+    @cached_property
+    def _is_constant(self) -> tuple[bool, bool]:
+        return bool(np.ptp(self.right) < 1e-9), bool(np.ptp(self.left) < 1e-9)
 
     def narrowest(self, spacing: float = 1.0) -> tuple[float, float]:
         """Station and usable width (m, negative where nothing is left) of the narrowest place."""
@@ -79,12 +99,39 @@ class Corridor:
         return float(s[at]), float(left[at] - right[at])
 
     def violation(self, points: ArrayLike, near: ArrayLike) -> Floats:
-        """How far each of `points` (n, 2) lies outside, m; zero or less inside. `near` (n,) are stations close to the points'."""
-        u, _, offset = self.reference.project_parameter(points, near)
-        right, left = self._usable(self.reference.station(u), curvature_of(self.reference.pieces, u))
-        return np.maximum(offset - left, right - offset)
+        """By how much each of `points` (n, 2) is closer to a border than the margin, m; zero or less where it is far enough.
 
+        Measured as the true distance to the borders themselves, not to the strip that `offsets` gives, so that it checks that strip too.
+        `near` (n,) are stations close to the points'.
+        """
+        points = np.asarray(points, dtype=np.float64)
+        u, turns, offset = self.reference.project_parameter(points, near)
+        s = self.reference.station(u) + turns * self.reference.length
+        right, left = self.borders(s)
+        worst = np.full(len(points), -np.inf)
+        for which, gap in ((0, offset - right), (1, left - offset)):
+            distance = gap
+            if not self._is_constant[which] and self.margin > 0.0:
+                close = np.flatnonzero((gap > 0.0) & (gap < 3.0 * self.margin))
+                distance = gap.copy()
+                distance[close] = np.minimum(gap[close], self._distance(points[close], s[close], which))
+            worst = np.maximum(worst, self.margin - distance)
+        return worst
 
-def _slant(widening: Floats, stretch: Floats) -> Floats:
-    """How much longer the way across is when the border is not parallel to the reference: 1 / cos of their angle."""
-    return np.sqrt(1.0 + (widening / np.maximum(stretch, 0.1)) ** 2)
+    def _distance(self, points: Floats, s: Floats, which: int) -> Floats:
+        """Distance (n,) of `points` to one border within one and a half margins and a metre of way, m."""
+        reach = 1.5 * self.margin + 1.0
+        count = int(np.ceil(2.0 * reach / 0.2)) + 1
+        least = np.full(len(points), np.inf)
+        last: Floats | None = None
+        for step in np.linspace(-reach, reach, count):
+            at = s + step
+            if not self.reference.closed:
+                at = np.clip(at, 0.0, self.reference.length)
+            here = self.reference.position(at) + self.borders(at)[which][:, None] * self.reference.normal(at)
+            if last is not None:
+                along, gap = here - last, points - last
+                share = np.clip(np.sum(gap * along, axis=1) / np.maximum(np.sum(along**2, axis=1), 1e-18), 0.0, 1.0)
+                least = np.minimum(least, np.hypot(*(gap - share[:, None] * along).T))
+            last = here
+        return least

@@ -112,6 +112,14 @@ class Road:
             at = int(np.argmin(self.left - self.right))
             beyond = self.right[at] - self.left[at]
             raise RoadError(f"{self.name}: the borders cross at s = {self.s[at]:.1f} m: the right edge is {beyond:.3f} m left of the left edge")
+        for lane in self.lanes:
+            good = (lane.right < lane.left) & (lane.right >= self.right - 1e-6) & (lane.left <= self.left + 1e-6)
+            if not np.all(good):
+                at = int(np.argmin(good))
+                raise RoadError(
+                    f"{self.name}: lane from {lane.right[at]:g} to {lane.left[at]:g} m at s = {self.s[at]:.1f} m, "
+                    f"expected within the road, {self.right[at]:g} to {self.left[at]:g} m"
+                )
         if not np.all(self.speed_limit > 0.0):
             at = int(np.argmin(self.speed_limit > 0.0))
             raise RoadError(f"{self.name}: speed limit at s = {self.s[at]:.1f} m is {self.speed_limit[at]} m/s, expected more than 0")

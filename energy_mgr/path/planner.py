@@ -30,6 +30,8 @@ PathKind = Literal["optimal", "lane"]
 CHECK_SPACING = 0.1
 #: A path may leave the corridor by this much, m.
 VIOLATION_TOLERANCE = 1e-3
+#: A corridor must leave the path at least this width, m.
+LEAST_WIDTH = 1e-3
 #: Control points are added where it does by more than this, m.
 _REPAIR_ABOVE = 3e-4
 _REPAIR_ROUNDS = 8
@@ -119,11 +121,12 @@ def _search(problem: CurvatureProblem, qp: QpName, report: Callable[[str], None]
 
 def _refuse_narrow(corridor: Corridor) -> None:
     s, width = corridor.narrowest()
-    if width < 0.0:
-        needed = 2 * corridor.margin
+    if width < LEAST_WIDTH:
+        right, left = corridor.borders(s)
+        oblique = " (the borders are oblique there)" if float(left - right) > 2 * corridor.margin else ""
         raise InfeasibleError(
             f"{corridor.name}: the corridor is narrower than the car with its margins at s = {s:.1f} m: "
-            f"{needed + width:.2f} m wide, needs {needed:.2f} m"
+            f"{float(left - right):.2f} m wide, needs {2 * corridor.margin + LEAST_WIDTH - min(width, 0.0) * bool(oblique):.2f} m{oblique}"
         )
 
 

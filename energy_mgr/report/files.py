@@ -49,8 +49,10 @@ def save_plan(plan: Plan, folder: str | PathLike[str], *, draw: Callable[[Plan, 
 
 
 def _write(plan: Plan, folder: Path, draw: Callable[[Plan, Path], None]) -> list[Path]:
-    home = folder.parent if not folder.exists() else folder
-    home.mkdir(parents=True, exist_ok=True)
+    taken = [name for name in FILES if (folder / name).is_dir()]
+    if taken:
+        raise PlanningError(f"{folder / taken[0]}: is a folder, expected a file to replace or nothing")
+    home = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     staging = Path(tempfile.mkdtemp(dir=home, prefix=".plan-"))
     try:
         header = ",".join(plan.trajectory.COLUMNS)
@@ -58,10 +60,11 @@ def _write(plan: Plan, folder: Path, draw: Callable[[Plan, Path], None]) -> list
         (staging / FILES[1]).write_text(json.dumps(summary(plan), indent=2) + "\n", encoding="utf-8")
         draw(plan, staging / FILES[2])
         staging.chmod(0o755)
-        if home == folder:
+        if folder.exists():
             for name in FILES:
                 (staging / name).replace(folder / name)
         else:
+            folder.parent.mkdir(parents=True, exist_ok=True)
             staging.rename(folder)
     finally:
         shutil.rmtree(staging, ignore_errors=True)

@@ -6,7 +6,7 @@
 
 Without a header line the first four columns are taken in that order. `lanes` lists the lanes from right to left, each as
 `direction right_offset left_offset`, separated by `;`, with direction `forward` or `backward` and offsets in m, positive left.
-A file without `closed` is a circuit if the gap between its ends is no more than three times its longest step.
+A file without `closed` is a circuit if the gap between its ends is no more than three times its longest step and lies in line with both ends.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 import os
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,6 +33,8 @@ KEYS = ("name", "closed", "lanes")
 
 #: Points of the reference closer than this are the same place, m.
 SAME_PLACE = 1e-6
+#: No coordinate, width, height or limit on Earth is larger in m or m/s.
+LARGEST = 1e9
 #: A road may pass over itself where the levels are at least this far apart, m.
 BRIDGE_CLEARANCE = 3.0
 #: Borders that meet again further along than this belong to different parts of the road, m.
@@ -53,7 +55,7 @@ def read(path: Path, *, closed: bool | None = None) -> Road:
         closed = _closed_key(path, keys)
     gap = float(np.hypot(*(points[0] - points[-1])))
     if closed is None:
-        closed = len(points) > 3 and gap <= 3.0 * float(np.max(steps))
+        closed = _looks_closed(points, float(np.max(steps, initial=0.0)))
     if closed and gap < SAME_PLACE:
         points, steps, table = points[:-1], steps[:-1], {name: values[:-1] for name, values in table.items()}
     if np.any(steps < SAME_PLACE):
@@ -68,7 +70,8 @@ def read(path: Path, *, closed: bool | None = None) -> Road:
     if np.any(table.get("speed_limit_mps", np.ones(1)) <= 0.0):
         at = int(np.argmax(table["speed_limit_mps"] <= 0.0))
         raise RoadError(f"{path}:{lines[at]}: speed_limit_mps is {table['speed_limit_mps'][at]:g}, expected more than 0")
-    road = Road.from_points(
+    road = _road(
+        path,
         keys.get("name", path.stem),
         points,
         -table["w_tr_right_m"],
@@ -169,8 +172,8 @@ def _row(path: Path, number: int, words: list[str], columns: list[str]) -> list[
             value = float(word)
         except ValueError:
             value = float("nan")
-        if not np.isfinite(value):
-            raise RoadError(f"{path}:{number}: {name} is {word!r}, expected a finite number")
+        if not abs(value) < LARGEST:
+            raise RoadError(f"{path}:{number}: {name} is {word!r}, expected a finite number" + (f" below {LARGEST:g}" if np.isfinite(value) else ""))
         values.append(value)
     return values
 
@@ -180,6 +183,18 @@ def _closed_key(path: Path, keys: dict[str, str]) -> bool | None:
     if word not in (None, "true", "false"):
         raise RoadError(f"{path}: closed is {word!r}, expected true or false")
     return None if word is None else word == "true"
+
+
+def _looks_closed(points: Floats, longest: float) -> bool:
+    """Whether the way from the last point to the first goes on with the road: no longer than three steps and without a sharp turn."""
+    if len(points) <= 3:
+        return False
+    seam = points[0] - points[-1]
+    gap = float(np.hypot(*seam))
+    if gap < SAME_PLACE:
+        return True
+    directions = (step / max(float(np.hypot(*step)), SAME_PLACE) for step in (points[-1] - points[-2], points[1] - points[0]))
+    return gap <= 3.0 * longest and all(float(direction @ seam) > 0.5 * gap for direction in directions)
 
 
 def _lanes(path: Path, keys: dict[str, str]) -> list[tuple[int, float, float]]:
@@ -199,6 +214,13 @@ def _lanes(path: Path, keys: dict[str, str]) -> list[tuple[int, float, float]]:
     if lanes and not any(direction > 0 for direction, _, _ in lanes):
         raise RoadError(f"{path}: lanes {keys['lanes']!r}, expected at least one forward lane")
     return sorted(lanes, key=lambda lane: lane[1])
+
+
+def _road(path: Path, name: str, *arguments: Any, **options: Any) -> Road:
+    try:
+        return Road.from_points(name, *arguments, **options)
+    except RoadError as error:
+        raise RoadError(f"{path}: {error}") from None
 
 
 def _refuse_crossings(path: Path, road: Road, points: Floats, lines: list[int]) -> None:

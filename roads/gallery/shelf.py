@@ -28,7 +28,7 @@ def open_road(name_or_path: str | PathLike[str], *, closed: bool | None = None) 
         RoadError: neither a shipped road nor a readable road file.
     """
     path = Path(name_or_path)
-    if path.suffix == "" and not path.exists():
+    if path.suffix == "" and not path.is_file():
         if str(name_or_path) not in shipped():
             raise RoadError(f"{name_or_path}: no such file and no shipped road, expected a road file or one of {', '.join(shipped())}")
         path = SHELF / f"{name_or_path}.csv"
