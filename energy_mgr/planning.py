@@ -12,6 +12,7 @@ from roads import Road, open_road
 from .errors import InfeasibleError, PlanningError
 from .path import Path, plan_path
 from .speed import SpeedLimits, SpeedProfile, eco_profile, fastest_profile, scaled_profile
+from .speed.forward_backward import refuse_too_early
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ class Plan:
         corridor: part of the road that was used.
         margin: distance kept between the car's side and the borders, m.
         chosen: the drive asked for.
-        baseline: lane centre driven by V1, at the same arrival time where it can make it.
+        baseline: lane centre driven by V1, scaled to the same arrival time if that is later than its own (V2); at its own if that is later.
         comparison: the saving at equal arrival time, by what it comes from.
     """
 
@@ -132,6 +133,7 @@ def plan(
     speed: SpeedKind = "eco",
     journey_time: float | None = None,
     margin: float = 0.2,
+    closed: bool | None = None,
     qp: QpName = "piqp",
     report: Callable[[str], None] | None = None,
 ) -> Plan:
@@ -143,8 +145,10 @@ def plan(
         corridor: what the car may use: `lane`, `own` (all lanes that lead its way) or `road` (edge to edge).
         path: `optimal` (least curvature) or `lane` (its centre).
         speed: `eco` (least energy at the arrival time) or `fast` (V1).
-        journey_time: arrival time in s; by default that of the baseline (`eco`) or the least possible (`fast`).
+        journey_time: arrival time in s; by default the least time that the lane centre and the optimal path can both make (`eco`), which nearly
+            always is that of the lane centre, or the least possible (`fast`).
         margin: distance kept between the car's side and the borders, m.
+        closed: for a road file, whether it is a circuit; None lets the file tell.
         qp: solver of the path's QPs, `piqp` or `clarabel`.
         report: called with lines of progress.
 
@@ -153,7 +157,7 @@ def plan(
         InfeasibleError: the road is too narrow or too steep, or the time too short; the place or least time is named.
         PlanningError: arguments out of range.
     """
-    road = road if isinstance(road, Road) else open_road(road)
+    road = road if isinstance(road, Road) else open_road(road, closed=closed)
     vehicle = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
     if not 0.0 <= margin < 100.0:
         raise PlanningError(f"margin {margin} m, expected 0 to 100 m")
@@ -200,7 +204,12 @@ class _Planner:
         common = max(earliest.values()) if journey_time is None else journey_time
 
         def at_common(kind: PathKind, speed: SpeedKind) -> Run | None:
-            return self.run(kind, speed, common) if common >= earliest[kind] else None
+            if common < earliest[kind] * (1.0 - 1e-6):
+                return None
+            try:
+                return self.run(kind, speed, common)
+            except InfeasibleError:
+                return None  # a slope that is only passed with momentum cannot be driven at scaled speeds
 
         return Comparison(common, at_common("lane", "fast"), at_common("optimal", "fast"), at_common("lane", "eco"), at_common("optimal", "eco"))
 
@@ -215,8 +224,6 @@ class _Planner:
             ("optimal", "eco"): comparison.both,
         }[path, speed]
         if made is None:
-            least = fastest_profile(self.route(path)[1]).journey_time
-            raise InfeasibleError(
-                f"{self.road.name}: arrival after {comparison.journey_time:.2f} s cannot be met: the least possible time is {least:.2f} s"
-            )
+            refuse_too_early(self.road.name, comparison.journey_time, fastest_profile(self.route(path)[1]).journey_time)
+            return self.run(path, speed, comparison.journey_time)
         return made

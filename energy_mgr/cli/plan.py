@@ -23,9 +23,13 @@ from .progress import ProgressLine
 @click.option("--path", type=click.Choice(["lane", "optimal"]), default="optimal", show_default=True, help="Lane centre, or path of least curvature.")
 @click.option("--speed", type=click.Choice(["fast", "eco"]), default="eco", show_default=True, help="As fast as allowed, or with least energy.")
 @click.option(
-    "--time", "journey_time", type=float, help="Arrival time in s. Default: that of the lane centre driven fast.  [--speed fast: the least]"
+    "--time",
+    "journey_time",
+    type=float,
+    help="Arrival time in s. Default: the least for both paths; with --speed fast the least for the one asked for.",
 )
 @click.option("--margin", type=float, default=0.2, show_default=True, help="Distance in m between the car's side and the borders.")
+@click.option("--closed/--open", "closed", default=None, help="Whether the road is a circuit. Default: as the file says, or as its ends suggest.")
 @click.option("--qp", type=click.Choice(["piqp", "clarabel"]), default="piqp", show_default=True, help="Solver of the path's QPs.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("out/plan"), show_default=True, help="Folder for the results.")
 def plan_command(road: str, out: Path, **options: Any) -> None:

@@ -8,11 +8,11 @@ Variables per station are e = v^2/2 and u <= v, per interval the force F, z >= |
 
 The losses of M1 per interval, n t (P0 + a |tau| + b tau^2) with tau = F / (n rho), are exactly
 
-    b / (n rho^2) ds y + n (P0 - a^2 / 4b) t,      delta = a n rho / 2b
+    b / (n rho^2) ds y + n (P0 - b d^2) t + (a - 2 b d) / rho |F| t,      delta = n rho d
 
-so they are convex in (F, v') as they stand, provided that P0 >= a^2 / 4b; where that fails the arrival time, which is fixed, lets a constant be
-added to the price of time. Everything that u appears in falls with u, hence u = v and t, y are tight at the optimum. What is not convex is small:
-rolling resistance and eddy currents through the mean speed, and the power limit. They are linearised about the last profile, the power limit from
+for any d. With d = a / 2b the last term vanishes and all is convex in (F, v') as it stands, provided that P0 >= a^2 / 4b, as for most drives. Where
+that fails d = sqrt(P0 / b) makes the middle term vanish and the last one, a product, is linearised. Everything that u appears in falls with u, hence
+u = v and t, y are tight at the optimum. What else is not convex is small: rolling resistance and eddy currents through the mean speed, and the power limit. They are linearised about the last profile, the power limit from
 within, and the programme is solved again until the energy on the true loss model no longer changes. Where no power limit is near, that is known
 without another solve: if the linear model is right at the solution to a fraction of the energy, no other profile can be better by more than that.
 """
@@ -31,7 +31,7 @@ from powertrain.resistance import drag_force, rolling_force, slope_force
 
 from ..errors import InfeasibleError, SolverError
 from .cones import ConeProgramme
-from .forward_backward import fastest_profile, scaled_profile
+from .forward_backward import fastest_profile, refuse_too_early, scaled_profile
 from .result import SpeedProfile
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 _NO_CHOICE = 1e-6
 #: The sequence ends when the energy changes by less than this fraction of the energy that moves (sum of magnitudes of all components).
 _TOLERANCE = 2e-6
-_ITERATIONS = 20
+_ITERATIONS = 60
 #: Limits may be passed by this fraction, the arrival time missed by this much (s).
 LIMIT_TOLERANCE = 1e-3
 TIME_TOLERANCE = 0.1
@@ -69,17 +69,14 @@ def eco_profile(limits: SpeedLimits, journey_time: float, *, report: Callable[[s
     """
     started = time.perf_counter()
     fastest = fastest_profile(limits)
-    if journey_time < fastest.journey_time * (1.0 - _NO_CHOICE):
-        raise InfeasibleError(
-            f"{limits.name}: arrival after {journey_time:.2f} s cannot be met: the least possible time is {fastest.journey_time:.2f} s"
-        )
+    refuse_too_early(limits.name, journey_time, fastest.journey_time)
     if journey_time <= fastest.journey_time * (1.0 + _NO_CHOICE):
         return SpeedProfile(limits.s, fastest.v, "solved", 0, 1e3 * (time.perf_counter() - started))
     if report:
         report(f"speed: least energy over {len(limits.s)} stations")
-    v = scaled_profile(limits, journey_time).v
+    v, ceiling = _first_guess(limits, fastest, journey_time)
     cost, moved = _energy(limits, v)
-    ceiling, count, change, exact = cost, 0, np.inf, False
+    count, change, exact = 0, np.inf, False
     while (change > _TOLERANCE * moved or not exact) and count < _ITERATIONS:
         programme = _Eco(limits, v, journey_time)
         v = programme.solve()
@@ -88,10 +85,10 @@ def eco_profile(limits: SpeedLimits, journey_time: float, *, report: Callable[[s
         change = abs(last - cost) if _near_power_limit(limits, v) else min(abs(last - cost), programme.model_error(v))
         if report:
             report(f"speed: cone programme {count}, {cost / 3.6e6:.6f} kWh")
-    if change > _TOLERANCE * moved or cost > ceiling + 1e-4 * moved:
-        raise SolverError(
-            f"{limits.name}: the energy still changes by {change:.3g} J after {count} cone programmes, or exceeds that of the scaled profile"
-        )
+    if change > _TOLERANCE * moved:
+        raise SolverError(f"{limits.name}: the energy still changes by {change:.3g} J after {count} cone programmes")
+    if cost > ceiling + 1e-4 * moved:
+        raise SolverError(f"{limits.name}: the profile found takes {cost:.0f} J, more than the scaled one with {ceiling:.0f} J")
     check_profile(limits, v)
     duration = float(np.sum(2.0 * limits.ds / (v[1:] + v[:-1])))
     if duration > journey_time + TIME_TOLERANCE:
@@ -99,6 +96,15 @@ def eco_profile(limits: SpeedLimits, journey_time: float, *, report: Callable[[s
     status = "solved" if duration >= journey_time - TIME_TOLERANCE else "solved early"
     status = status if exact else "reduced accuracy"
     return SpeedProfile(limits.s, v, status, count, 1e3 * (time.perf_counter() - started))
+
+
+def _first_guess(limits: SpeedLimits, fastest: SpeedProfile, journey_time: float) -> tuple[Floats, float]:
+    """Speeds to linearise about and the energy that a solution must not exceed: the scaled profile, where there is one."""
+    try:
+        v = scaled_profile(limits, journey_time).v
+    except InfeasibleError:
+        return fastest.v, np.inf  # a slope that is only passed with momentum: no scaled profile arrives so late
+    return v, _energy(limits, v)[0]
 
 
 def _energy(limits: SpeedLimits, v: Floats) -> tuple[float, float]:
@@ -129,8 +135,10 @@ def check_profile(limits: SpeedLimits, v: Floats) -> None:
         force = vehicle.effective_mass * gain + driving_resistance(vehicle, end, slope)
         drive, regen = force_limits(vehicle, end)
         found += [("driving force", "N", force, drive), ("recuperating force", "N", -force, regen)]
+    scales = {"N": vehicle.effective_mass * limits.deceleration, "m/s": 0.0, "m/s^2": 0.0}
     for what, unit, value, bound in found:
-        beyond = value - bound * (1.0 + LIMIT_TOLERANCE) - 1e-6
+        # a motor that cannot recuperate has a limit of zero: there 0.1 % is of the force of braking
+        beyond = value - bound - LIMIT_TOLERANCE * np.maximum(bound, scales[unit]) - 1e-6
         if np.max(beyond) > 0.0:
             at = int(np.argmax(beyond))
             raise SolverError(f"{limits.name}: {what} {value[at]:.4f} {unit} at s = {limits.s[at]:.1f} m, limit {bound[at]:.4f} {unit}")
@@ -180,8 +188,26 @@ class _Eco:
         true = balance(vehicle, ds, v[:-1], v[1:], np.diff(self.limits.z)).force
         eddy0, eddy1, rest = self._mean_speed(np.full(self.n - 1, self._eddy_force()))
         mean_about = 0.5 * (self.v[:-1] + self.v[1:])
+        product, gap = self._product(), np.abs(true) - np.abs(self._force_about())
+        late = ds / mean - ds / mean_about
         eddy = eddy0 * e[:-1] + eddy1 * e[1:] + rest - self._eddy_force() * (mean - mean_about)
-        return float(np.sum(np.abs(by0 * e[:-1] + by1 * e[1:] + constant - true) + np.abs(eddy)) * ds)
+        linear = np.abs(by0 * e[:-1] + by1 * e[1:] + constant - true) + np.abs(eddy)
+        return float(np.sum(linear * ds + product * np.abs(gap * late)))
+
+    def _force_about(self) -> Floats:
+        """Force of each interval in the profile that the model is about, N."""
+        return np.asarray(balance(self.limits.vehicle, self.limits.ds, self.v[:-1], self.v[1:], np.diff(self.limits.z)).force)
+
+    def _split(self) -> float:
+        """d of the module's description: by how much torque is shifted before it is squared, Nm."""
+        vehicle = self.limits.vehicle
+        b = copper_factor(vehicle)
+        return min(inverter_factor(vehicle) / (2.0 * b), float(np.sqrt(vehicle.drive.inverter_constant_w / b)))
+
+    def _product(self) -> float:
+        """What is left of the loss that grows with |F| t, per newton and second."""
+        vehicle = self.limits.vehicle
+        return (inverter_factor(vehicle) - 2.0 * copper_factor(vehicle) * self._split()) / vehicle.motor_ratio
 
     def _eddy_force(self) -> float:
         """Eddy-current loss per metre and mean speed, Ns/m."""
@@ -273,7 +299,7 @@ class _Eco:
 
     def _delta(self) -> float:
         vehicle = self.limits.vehicle
-        return inverter_factor(vehicle) * vehicle.drive.motor_count * vehicle.motor_ratio / (2.0 * copper_factor(vehicle))
+        return self._split() * vehicle.drive.motor_count * vehicle.motor_ratio
 
     def objective(self) -> Floats:
         """Energy over e, y and t, in units of effective mass times the interval."""
@@ -286,9 +312,11 @@ class _Eco:
         eddy0, eddy1, _ = self._mean_speed(np.full(self.n - 1, self._eddy_force()))
         np.add.at(q, self.e[:-1], (by0 + eddy0) * self.e_scale)
         np.add.at(q, self.e[1:], (by1 + eddy1) * self.e_scale)
-        a, b = inverter_factor(vehicle), copper_factor(vehicle)
+        b = copper_factor(vehicle)
         q[self.y] = b / (count * ratio**2) * self.f_scale**2 / self.v_scale
-        q[self.t] = max(count * (vehicle.drive.inverter_constant_w - a**2 / (4.0 * b)), 0.0) * self.t_scale / ds
+        price = count * max(vehicle.drive.inverter_constant_w - b * self._split() ** 2, 0.0)
+        q[self.t] = (price + self._product() * np.abs(self._force_about())) * self.t_scale / ds
+        q[self.z] = self._product() * self.f_scale * 2.0 / (self.v[:-1] + self.v[1:])
         return q / self.f_scale
 
 

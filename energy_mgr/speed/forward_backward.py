@@ -7,14 +7,14 @@ the end that is sought (implicitly), not with the force of the known end.
 from __future__ import annotations
 
 import time
-from math import sqrt
+from math import ceil, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from powertrain import driving_resistance, force_limits
 
-from ..errors import InfeasibleError
+from ..errors import InfeasibleError, SolverError
 from .result import SpeedProfile
 from .root import root
 
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 #: Below this fraction of the bound an inner station counts as one that the car does not reach or pass.
 _STANDSTILL = 1e-3
 _SWEEPS = 20
+#: Stands for the arrival time of a drive that never arrives, s; root finding for the scaled profile ends at the second figure.
+_NEVER, _TIME_ACCURACY = 1e9, 1e-9
 
 
 def fastest_profile(limits: SpeedLimits) -> SpeedProfile:
@@ -51,6 +53,8 @@ def fastest_profile(limits: SpeedLimits) -> SpeedProfile:
             energy[0] = energy[-1] = min(energy[0], energy[-1])
         if np.allclose(before, energy, rtol=1e-12, atol=1e-12):
             break
+    else:
+        raise SolverError(f"{limits.name}: the passes for the fastest profile still change it after {_SWEEPS} rounds")
     _refuse_standstill(limits, np.roll(energy[:-1], shift) if limits.closed else energy, np.roll(slope, shift))
     if limits.closed:
         energy = np.append(np.roll(energy[:-1], shift), np.roll(energy[:-1], shift)[0])
@@ -66,25 +70,33 @@ def scaled_profile(limits: SpeedLimits, journey_time: float) -> SpeedProfile:
     """
     started = time.perf_counter()
     best = fastest_profile(limits)
-    if journey_time < best.journey_time * (1.0 - 1e-9):
-        raise InfeasibleError(
-            f"{limits.name}: arrival after {journey_time:.2f} s cannot be met: the least possible time is {best.journey_time:.2f} s"
-        )
+    refuse_too_early(limits.name, journey_time, best.journey_time)
     count = 1
 
     def late(factor: float) -> float:
         nonlocal count
         count += 1
-        return fastest_profile(limits.scaled(factor)).journey_time - journey_time
+        try:
+            return fastest_profile(limits.scaled(factor)).journey_time - journey_time
+        except InfeasibleError:
+            return _NEVER
 
     factor, low = 1.0, 1.0
-    if late(1.0) < 0.0:
+    if best.journey_time < journey_time:
         while late(low) < 0.0:
             low *= 0.5
-        factor = root(late, low, min(2.0 * low, 1.0), 1e-9)
+        factor = root(late, low, min(2.0 * low, 1.0), _TIME_ACCURACY)
     profile = fastest_profile(limits.scaled(factor))
     milliseconds = 1e3 * (time.perf_counter() - started)
     return SpeedProfile(profile.s, profile.v, "solved", count, milliseconds, factor)
+
+
+def refuse_too_early(name: str, journey_time: float, least: float) -> None:
+    """Raise InfeasibleError if `journey_time` (s) is below the `least` possible one, which the message names rounded up, so that it can be asked for."""
+    if journey_time < least * (1.0 - 1e-6):
+        raise InfeasibleError(
+            f"{name}: arrival after {journey_time:.2f} s cannot be met: the least possible time is {ceil(100.0 * least) / 100.0:.2f} s"
+        )
 
 
 def _sure_gains(limits: SpeedLimits, slope: Floats, energy: Floats) -> tuple[list[float], list[float]]:
@@ -155,19 +167,26 @@ def _stoppable(limits: SpeedLimits, slope: float, end: float, wanted: float) -> 
 
 
 def _refuse_standstill(limits: SpeedLimits, energy: Floats, slope: Floats) -> None:
-    """Inner stations where the profile comes to a halt are places that the car cannot pass."""
-    reached = energy > _STANDSTILL**2 * 0.5 * limits.v_max[: len(energy)] ** 2
-    if np.all(reached if limits.closed else reached[1:-1]):
+    """Inner stations where the profile comes to a halt are places that the car cannot pass: name the first, or the last on a descent it cannot hold."""
+    halted = energy <= _STANDSTILL**2 * 0.5 * limits.v_max[: len(energy)] ** 2
+    if not limits.closed:
+        halted[[0, -1]] = False
+    if not np.any(halted):
         return
+    stations = np.flatnonzero(halted)
     drive, regen = (float(force) for force in force_limits(limits.vehicle, 0.0))
-    resistance = driving_resistance(limits.vehicle, 0.0, slope)
-    up, down = int(np.argmax(resistance)), int(np.argmin(resistance))
-    missing_up, missing_down = float(resistance[up]) - drive, -float(resistance[down]) - regen
-    if missing_up >= missing_down:
-        at, what, has, needs = limits.s[up], "climb", drive, float(resistance[up])
+    name, vehicle = limits.name, limits.vehicle.name
+    # the interval that leads to the first halt going forward, and from the last one going backward; on circuits the steepest ones
+    up = int(np.argmax(slope)) if limits.closed else int(stations[0]) - 1
+    down = int(np.argmin(slope)) if limits.closed else int(stations[-1])
+    climb, hold = (float(driving_resistance(limits.vehicle, 0.0, slope[at])) for at in (up, down))
+    if climb > drive:
+        what, at, needs, has = "climb", up, climb, drive
+    elif -hold > regen:
+        what, at, needs, has = "hold back on", down, -hold, regen
     else:
-        at, what, has, needs = limits.s[down], "hold back on", regen, -float(resistance[down])
+        raise InfeasibleError(f"{name}: {vehicle} comes to a halt at s = {limits.s[stations[0]]:.1f} m and cannot go on within its limits")
     raise InfeasibleError(
-        f"{limits.name}: {limits.vehicle.name} cannot {what} the slope of {100 * slope[up if what == 'climb' else down]:.1f} % at s = {at:.1f} m: "
-        f"it needs {needs:.0f} N, the motors give {has:.0f} N, {max(needs - has, 0.0):.0f} N are missing"
+        f"{name}: {vehicle} cannot {what} the slope of {100 * slope[at]:.1f} % at s = {limits.s[at]:.1f} m: "
+        f"it needs {needs:.0f} N, the motors give {has:.0f} N, {needs - has:.0f} N are missing"
     )

@@ -47,3 +47,5 @@ def test_force_limits_follow_torque_then_power(romo: Vehicle):
     assert np.array_equal(drive, regen)
     assert drive[1] == drive[0]
     assert drive[3] == pytest.approx(4 * 16000 / 27.7)
+    for v, force in zip((0.0, 10.0, 27.0, 27.7), drive, strict=True):
+        assert force_limits(romo, v) == (pytest.approx(force), pytest.approx(force))
