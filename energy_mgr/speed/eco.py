@@ -12,9 +12,10 @@ The losses of M1 per interval, n t (P0 + a |tau| + b tau^2) with tau = F / (n rh
 
 for any d. With d = a / 2b the last term vanishes and all is convex in (F, v') as it stands, provided that P0 >= a^2 / 4b, as for most drives. Where
 that fails d = sqrt(P0 / b) makes the middle term vanish and the last one, a product, is linearised. Everything that u appears in falls with u, hence
-u = v and t, y are tight at the optimum. What else is not convex is small: rolling resistance and eddy currents through the mean speed, and the power limit. They are linearised about the last profile, the power limit from
-within, and the programme is solved again until the energy on the true loss model no longer changes. Where no power limit is near, that is known
-without another solve: if the linear model is right at the solution to a fraction of the energy, no other profile can be better by more than that.
+u = v and t, y are tight at the optimum. What else is not convex is small: rolling resistance and eddy currents through the mean speed, and the power
+limit. They are linearised about the last profile, the power limit from within, and the programme is solved again until the energy on the true loss
+model no longer changes. Where no power limit is near, that is known without another solve: if the linear model is right at the solution to a
+fraction of the energy, no other profile can be better by more than that.
 """
 
 from __future__ import annotations

@@ -27,9 +27,11 @@ if TYPE_CHECKING:
 
 #: Below this fraction of the bound an inner station counts as one that the car does not reach or pass.
 _STANDSTILL = 1e-3
-_SWEEPS = 20
-#: Stands for the arrival time of a drive that never arrives, s; root finding for the scaled profile ends at the second figure.
-_NEVER, _TIME_ACCURACY = 1e9, 1e-9
+_SWEEPS = 300
+#: Stands for the arrival time of a drive that never arrives, s.
+_NEVER = 1e9
+#: Root finding for the scaled profile ends at the first figure; a profile that misses its time by the second is none, s.
+_TIME_ACCURACY, _TIME_TOLERANCE = 1e-9, 0.05
 
 
 def fastest_profile(limits: SpeedLimits) -> SpeedProfile:
@@ -51,7 +53,7 @@ def fastest_profile(limits: SpeedLimits) -> SpeedProfile:
         energy = _backward(limits, steepness, down, _forward(limits, steepness, up, energy))
         if limits.closed:
             energy[0] = energy[-1] = min(energy[0], energy[-1])
-        if np.allclose(before, energy, rtol=1e-12, atol=1e-12):
+        if np.allclose(before, energy, rtol=1e-9, atol=1e-7):
             break
     else:
         raise SolverError(f"{limits.name}: the passes for the fastest profile still change it after {_SWEEPS} rounds")
@@ -78,7 +80,7 @@ def scaled_profile(limits: SpeedLimits, journey_time: float) -> SpeedProfile:
         count += 1
         try:
             return fastest_profile(limits.scaled(factor)).journey_time - journey_time
-        except InfeasibleError:
+        except (InfeasibleError, SolverError):
             return _NEVER
 
     factor, low = 1.0, 1.0
@@ -86,17 +88,18 @@ def scaled_profile(limits: SpeedLimits, journey_time: float) -> SpeedProfile:
         while late(low) < 0.0:
             low *= 0.5
         factor = root(late, low, min(2.0 * low, 1.0), _TIME_ACCURACY)
+    if abs(late(factor)) > _TIME_TOLERANCE:
+        raise InfeasibleError(f"{limits.name}: no common scale of speed and acceleration arrives after {journey_time:.2f} s: a slope needs momentum")
     profile = fastest_profile(limits.scaled(factor))
     milliseconds = 1e3 * (time.perf_counter() - started)
     return SpeedProfile(profile.s, profile.v, "solved", count, milliseconds, factor)
 
 
 def refuse_too_early(name: str, journey_time: float, least: float) -> None:
-    """Raise InfeasibleError if `journey_time` (s) is below the `least` possible one, which the message names rounded up, so that it can be asked for."""
+    """Raise InfeasibleError if `journey_time` (s) is below the `least` possible one, which the message names, rounded up to be asked for."""
     if journey_time < least * (1.0 - 1e-6):
-        raise InfeasibleError(
-            f"{name}: arrival after {journey_time:.2f} s cannot be met: the least possible time is {ceil(100.0 * least) / 100.0:.2f} s"
-        )
+        possible = ceil(100.0 * least) / 100.0
+        raise InfeasibleError(f"{name}: arrival after {journey_time:.2f} s cannot be met: the least possible time is {possible:.2f} s")
 
 
 def _sure_gains(limits: SpeedLimits, slope: Floats, energy: Floats) -> tuple[list[float], list[float]]:
@@ -167,7 +170,7 @@ def _stoppable(limits: SpeedLimits, slope: float, end: float, wanted: float) -> 
 
 
 def _refuse_standstill(limits: SpeedLimits, energy: Floats, slope: Floats) -> None:
-    """Inner stations where the profile comes to a halt are places that the car cannot pass: name the first, or the last on a descent it cannot hold."""
+    """Inner stations where the profile halts are places that the car cannot pass: name the first, or the last on a descent it cannot hold."""
     halted = energy <= _STANDSTILL**2 * 0.5 * limits.v_max[: len(energy)] ** 2
     if not limits.closed:
         halted[[0, -1]] = False

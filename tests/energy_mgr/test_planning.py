@@ -134,6 +134,13 @@ def test_a_failure_while_writing_leaves_the_folder_as_it_was(small: Plan, tmp_pa
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
 
 
+def test_a_folder_in_the_place_of_a_file_is_refused_before_anything_is_written(small: Plan, tmp_path: Path):
+    (tmp_path / "plan.png").mkdir()
+    with pytest.raises(PlanningError, match=r"plan\.png: is a folder"):
+        save_plan(small, tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["plan.png"]
+
+
 def test_folder_that_cannot_be_made_is_refused(small: Plan, tmp_path: Path):
     (tmp_path / "file").write_text("")
     with pytest.raises(PlanningError, match="cannot be written"):

@@ -146,8 +146,10 @@ def test_scaled_profile_meets_the_time_with_one_factor(commute: SpeedLimits):
 def test_times_too_short_name_the_least_possible_one(commute: SpeedLimits):
     least = fastest_profile(commute).journey_time
     for method in (eco_profile, scaled_profile):
-        with pytest.raises(InfeasibleError, match=f"least possible time is {least:.2f} s"):
+        named = np.ceil(100 * least) / 100
+        with pytest.raises(InfeasibleError, match=f"least possible time is {named:.2f} s"):
             method(commute, 0.9 * least)
+        assert method(commute, named).journey_time <= named + 1e-6
 
 
 @pytest.mark.parametrize(("slope", "words"), [(0.4, "cannot climb the slope of 40.0 % at s"), (-0.4, "cannot hold back on the slope of -40.0 %")])
@@ -160,6 +162,49 @@ def test_a_short_steep_ramp_is_taken_with_momentum():
     road = RoadBuilder("ramp").limit(20.0).straight(600).build(height=lambda s: 0.4 * np.clip(s - 400, 0, 20))
     profile = fastest_profile(limits_on(road))
     assert profile.v[np.searchsorted(profile.s, 420)] < profile.v[np.searchsorted(profile.s, 400)]
+
+
+def test_a_ramp_that_needs_momentum_does_not_spoil_the_plan():
+    road = RoadBuilder("ramp").limit(20.0).straight(600).build(height=lambda s: 0.3 * np.clip(s - 400, 0, 10))
+    limits = limits_on(road)
+    least = fastest_profile(limits).journey_time
+    # at a sixth of the speed the scaled drive would stall on the ramp; the thrifty one need not be that slow there
+    with pytest.raises(InfeasibleError):
+        scaled_profile(limits, 6.0 * least)
+    for factor in (1.05, 6.0):
+        assert eco_profile(limits, factor * least).journey_time <= factor * least + 1e-3
+
+
+def test_forced_deceleration_beyond_the_comfortable_one_is_refused_with_the_place():
+    road = RoadBuilder("wall").limit(20.0).straight(600).build(height=lambda s: 0.6 * np.clip(s - 400, 0, 20))
+    with pytest.raises(InfeasibleError, match="cannot climb"):
+        fastest_profile(limits_on(road))
+
+
+OTHER_DRIVES = {
+    "small inverter base load": {"inverter_constant_w": 5.0},
+    "no inverter base load": {"inverter_constant_w": 0.0},
+    "hardly any copper loss": {"phase_resistance_ohm": 0.001},
+    "geared single motor": {
+        "motor_count": 1, "gear_ratio": 9.0, "torque_max_nm": 80.0, "regen_torque_max_nm": 80.0, "power_max_w": 64e3, "regen_power_max_w": 64e3,
+        "phase_resistance_ohm": 0.01, "pole_pairs": 4, "magnet_flux_wb": 0.05, "inverter_constant_w": 60.0,
+    },
+    "no recuperation": {"regen_torque_max_nm": 0.0, "regen_power_max_w": 0.0},
+    "short of power": {"power_max_w": 5000.0, "regen_power_max_w": 5000.0},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("drive", OTHER_DRIVES)
+@pytest.mark.parametrize("factor", [1.05, 2.5])
+def test_eco_is_no_worse_than_ipopt_for_other_drives(drive: str, factor: float):
+    car = msgspec.structs.replace(ROMO, drive=msgspec.structs.replace(ROMO.drive, **OTHER_DRIVES[drive]))
+    road = RoadBuilder("short").limit(20).straight(150).bend(30, 1.2, 12).straight(120).limit(14).straight(150).build(height=lambda s: 0.01 * s)
+    limits = limits_on(road, car)
+    allowed = factor * fastest_profile(limits).journey_time
+    ours, theirs = eco_profile(limits, allowed), nlp_profile(limits, allowed)
+    # asked for: 0.3 %
+    assert energy(limits, ours.v) <= energy(limits, theirs.v) * (1 + 1e-4)
+    assert ours.journey_time <= allowed + 1e-3
 
 
 def test_end_speeds_are_kept_or_refused():

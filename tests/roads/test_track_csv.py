@@ -33,6 +33,15 @@ def test_circuits_are_recognised_with_or_without_the_first_point_repeated(tmp_pa
     assert not roads.read(tmp_path / "ring.csv", closed=False).closed
 
 
+def test_open_u_turn_whose_ends_come_close_stays_open(tmp_path: Path):
+    legs = [(4.0 * k, 0.0) for k in range(16)]
+    turn = [(60 + 4 * np.sin(a), 4 - 4 * np.cos(a)) for a in np.linspace(0, np.pi, 6)[1:]]
+    back = [(60 - 4.0 * k, 8.0) for k in range(1, 16)]
+    rows = [(x, y, 2.0, 2.0) for x, y in legs + turn + back]
+    assert not roads.read(write(tmp_path / "u.csv", rows)).closed
+    assert roads.read(write(tmp_path / "u.csv", rows), closed=True).closed
+
+
 def test_file_without_header_and_with_semicolons(tmp_path: Path, straight_rows: list[tuple[float, ...]]):
     (tmp_path / "a.csv").write_text("\n".join(";".join(map(str, row)) for row in straight_rows))
     assert roads.read(tmp_path / "a.csv").length == pytest.approx(295.0)
@@ -72,6 +81,12 @@ CASES: dict[str, tuple[list[tuple[object, ...]], str, str]] = {
     "unknown column": ([(0, 0, 3, 3, 1)], HEAD + ",wind", r"bad\.csv:1: columns .*wind, expected"),
     "missing column": ([(0, 0, 3)], "# x_m,y_m,w_tr_right_m", r"bad\.csv:1: columns"),
     "zero limit": ([(0, 0, 3, 3, 0), (5, 0, 3, 3, 1)], HEAD + ",speed_limit_mps", r"bad\.csv:2: speed_limit_mps is 0"),
+    "absurd number": ([(0, 0, 3, 3), (1e300, 0, 3, 3)], HEAD, r"bad\.csv:3: x_m is '1e\+300', expected a finite number below"),
+    "lane beside the road": (
+        [(0, 0, 3, 3), (5, 0, 3, 3)],
+        "# lanes: forward -9 -5\n" + HEAD,
+        "bad.csv: bad: lane from -9 to -5 m .* within the road",
+    ),
     "closed neither way": ([(0, 0, 3, 3), (5, 0, 3, 3)], "# closed: maybe\n" + HEAD, "closed is 'maybe', expected true or false"),
     "lane": ([(0, 0, 3, 3), (5, 0, 3, 3)], "# lanes: forward 1 0\n" + HEAD, "lane 'forward 1 0', expected"),
     "no lane this way": ([(0, 0, 3, 3), (5, 0, 3, 3)], "# lanes: backward 0 1\n" + HEAD, "at least one forward lane"),
