@@ -63,7 +63,7 @@ class Drive(_Section, frozen=True, kw_only=True):
     regen_power_max_w: NotNegative
     inverter_constant_w: NotNegative
     inverter_per_current_wpa: NotNegative
-    phase_resistance_ohm: Positive
+    phase_resistance_ohm: Annotated[float, msgspec.Meta(ge=1e-4, lt=1e3)]
     pole_pairs: Annotated[int, msgspec.Meta(ge=1, le=200)]
     magnet_flux_wb: Positive
     hysteresis_nm: NotNegative

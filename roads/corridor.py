@@ -134,4 +134,18 @@ class Corridor:
                 share = np.clip(np.sum(gap * along, axis=1) / np.maximum(np.sum(along**2, axis=1), 1e-18), 0.0, 1.0)
                 least = np.minimum(least, np.hypot(*(gap - share[:, None] * along).T))
             last = here
+        # between two looks the border may have a corner, at a data station
+        corners = self._corners[which]
+        spacing = self.reference.length / len(self.s)
+        first = np.searchsorted(self.s, np.mod(s, self.reference.length) if self.reference.closed else s) - 1
+        for step in range(-int(reach / spacing) - 1, int(reach / spacing) + 3):
+            index = first + step
+            index = np.mod(index, len(self.s)) if self.reference.closed else np.clip(index, 0, len(self.s) - 1)
+            least = np.minimum(least, np.hypot(*(points - corners[index]).T))
         return least
+
+    @cached_property
+    def _corners(self) -> tuple[Floats, Floats]:
+        """Points (n, 2) of the right and of the left border at the data stations."""
+        place, normal = self.reference.position(self.s), self.reference.normal(self.s)
+        return place + self.right[:, None] * normal, place + self.left[:, None] * normal

@@ -159,8 +159,10 @@ def _with_repairs(problem: CurvatureProblem, stations: Floats, beyond: Floats) -
     """Add a control point at each local worst place, drawn in a little further than the spot is out of line with its nearest row."""
     padded = np.concatenate([[-np.inf], beyond, [-np.inf]])
     peak = (beyond > _REPAIR_ABOVE) & (beyond >= padded[:-2]) & (beyond > padded[2:])
-    at, rows = stations[peak], np.sort(problem.row_q)
+    at, order = stations[peak], np.argsort(problem.row_q)
+    rows = problem.row_q[order]
     after = np.clip(np.searchsorted(rows, at), 1, len(rows) - 1)
-    near = np.minimum(np.abs(rows[after] - at), np.abs(at - rows[after - 1]))
-    # a row that is there already and still let the path out sits where normal and border disagree: draw the border in
-    return problem.with_rows(at, np.where(near < CHECK_SPACING, beyond[peak], 0.0) + 0.5 * _REPAIR_ABOVE)
+    nearest = order[np.where(np.abs(rows[after] - at) < np.abs(at - rows[after - 1]), after, after - 1)]
+    # a row that is there already and still let the path out sits where the strip is not exact: draw the border in further than that row did
+    there = np.abs(problem.row_q[nearest] - at) < 2.0 * CHECK_SPACING
+    return problem.with_rows(at, np.where(there, problem.row_tighter[nearest] + beyond[peak], 0.0) + 0.5 * _REPAIR_ABOVE)
