@@ -112,7 +112,7 @@ class Corridor:
         for which, gap in ((0, offset - right), (1, left - offset)):
             distance = gap
             if not self._is_constant[which] and self.margin > 0.0:
-                close = np.flatnonzero((gap > 0.0) & (gap < 3.0 * self.margin))
+                close = np.flatnonzero((gap > 0.0) & (gap < 1.5 * self.margin + 0.2))
                 distance = gap.copy()
                 distance[close] = np.minimum(gap[close], self._distance(points[close], s[close], which))
             worst = np.maximum(worst, self.margin - distance)
@@ -121,14 +121,16 @@ class Corridor:
     def _distance(self, points: Floats, s: Floats, which: int) -> Floats:
         """Distance (n,) of `points` to one border within one and a half margins and a metre of way, m."""
         reach = 1.5 * self.margin + 1.0
-        count = int(np.ceil(2.0 * reach / 0.2)) + 1
+        step, right_line, left_line = self._polylines
+        line = (right_line, left_line)[which]
+        first = np.round(s / step).astype(int)
+        half = int(np.ceil(reach / step))
         least = np.full(len(points), np.inf)
         last: Floats | None = None
-        for step in np.linspace(-reach, reach, count):
-            at = s + step
-            if not self.reference.closed:
-                at = np.clip(at, 0.0, self.reference.length)
-            here = self.reference.position(at) + self.borders(at)[which][:, None] * self.reference.normal(at)
+        for shift in range(-half, half + 1):
+            index = first + shift
+            # a closed line repeats its first point, which is left out of the count
+            here = line[np.mod(index, len(line) - 1) if self.reference.closed else np.clip(index, 0, len(line) - 1)]
             if last is not None:
                 along, gap = here - last, points - last
                 share = np.clip(np.sum(gap * along, axis=1) / np.maximum(np.sum(along**2, axis=1), 1e-18), 0.0, 1.0)
@@ -143,6 +145,15 @@ class Corridor:
             index = np.mod(index, len(self.s)) if self.reference.closed else np.clip(index, 0, len(self.s) - 1)
             least = np.minimum(least, np.hypot(*(points - corners[index]).T))
         return least
+
+    @cached_property
+    def _polylines(self) -> tuple[float, Floats, Floats]:
+        """Step (m) along the reference, and points of the right and of the left border at multiples of it."""
+        count = max(int(np.ceil(self.reference.length / 0.2)), 2)
+        s = np.linspace(0.0, self.reference.length, count + 1)
+        place, normal = self.reference.position(s), self.reference.normal(s)
+        right, left = self.borders(s)
+        return float(s[1]), place + right[:, None] * normal, place + left[:, None] * normal
 
     @cached_property
     def _corners(self) -> tuple[Floats, Floats]:
