@@ -1,23 +1,33 @@
 from .builder import RoadBuilder as RoadBuilder
 from .corridor import Corridor as Corridor
 from .curve import PlanarCurve as PlanarCurve
+from .edit import join as join
 from .errors import RoadError as RoadError
+from .findings import Finding as Finding
 from .formats import read as read
+from .formats import read_network as read_network
 from .formats import write as write
 from .gallery import open_road as open_road
 from .gallery import shipped as shipped
+from .network import Link as Link
+from .network import Network as Network
 from .road import Lane as Lane
 from .road import Road as Road
 
 __all__ = [
     "Corridor",
+    "Finding",
     "Lane",
+    "Link",
+    "Network",
     "PlanarCurve",
     "Road",
     "RoadBuilder",
     "RoadError",
+    "join",
     "open_road",
     "read",
+    "read_network",
     "shipped",
     "write",
 ]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from .errors import RoadError
+from .plan_view import Clothoid
 from .road import Road
 
 if TYPE_CHECKING:
@@ -135,7 +136,18 @@ class RoadBuilder:
             height=0.0 if height is None else height(s),
             speed_limit=limit,
             lane_edges=lanes,
+            plan_view=self.elements(),
         )
+
+    def elements(self) -> tuple[Clothoid, ...]:
+        """What the reference has been drawn with so far."""
+        found, (x, y), heading = [], self._start, self._heading
+        for length, (start, end) in zip(np.diff(self._stations).tolist(), self._curvatures, strict=True):
+            element = Clothoid(float(x), float(y), float(heading), length, float(start), float(end))
+            (end_point,), (end_heading,) = element.at(np.array([length]))
+            (x, y), heading = end_point, end_heading
+            found.append(element)
+        return tuple(found)
 
     def _integrate(self, spacing: float) -> tuple[Floats, Floats, float]:
         """Stations, points and the end heading."""

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .errors import RoadError
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -64,9 +66,14 @@ def _close_pairs(starts: Floats, ends: Floats) -> NDArray[np.intp]:
     order = np.argsort(key, kind="stable")
     ranked = key[order]
     low, high = np.minimum(starts, ends), np.maximum(starts, ends)
+    neighbours = [
+        (np.searchsorted(ranked, key + step), np.searchsorted(ranked, key + step, side="right"), step)
+        for step in (0, 1, stride - 1, stride, stride + 1)
+    ]
+    if sum(int(np.sum(end - begin)) for begin, end, _ in neighbours) > 300 * len(key) + 1_000_000:
+        raise RoadError("the line lies in so many layers over itself that it cannot be a road")
     found = []
-    for neighbour in (0, 1, stride - 1, stride, stride + 1):
-        begin, end = np.searchsorted(ranked, key + neighbour), np.searchsorted(ranked, key + neighbour, side="right")
+    for begin, end, neighbour in neighbours:
         count = end - begin
         a = np.repeat(np.arange(len(key)), count)
         b = order[np.repeat(begin, count) + np.arange(len(a)) - np.repeat(np.cumsum(count) - count, count)]

@@ -1,48 +1,162 @@
-"""Which module reads which file."""
+"""Which module reads which file: by suffix, and where a suffix is shared, by what the file says of itself."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..errors import RoadError
-from . import track_csv
 
 if TYPE_CHECKING:
     from os import PathLike
 
+    from ..network import Network
     from ..road import Road
+    from ..routing import Cost, Place
 
-FORMATS = {".csv": track_csv}
+#: Suffixes of files that hold one road, and of files that hold a network.
+ROADS = (".csv", ".txt", ".mat", ".gpx", ".geojson", ".json")
+NETWORKS = (".xodr", ".xml", ".osm")
+WRITERS = (".xodr", ".csv", ".geojson")
 
 
-def read(path: str | PathLike[str], *, closed: bool | None = None) -> Road:
-    """Read a road file; the suffix tells the format.
+def read(
+    path: str | PathLike[str],
+    *,
+    closed: bool | None = None,
+    width: float | None = None,
+    lane: float | None = None,
+    road: str | None = None,
+    start: Place | None = None,
+    goal: Place | None = None,
+    cost: Cost = "length",
+) -> Road:
+    """Read a road file.
 
     Args:
-        path: the file.
+        path: track CSV, edges CSV, path table (.csv, .mat), GPX, GeoJSON, OpenDRIVE, CommonRoad, Lanelet2, SUMO.
         closed: True for a circuit, False for an open road, None to let the file (or the gap between its ends) tell.
+        width: width of the road, m, for files that hold a line without borders.
+        lane: width of the lane about the line, m, for path tables.
+        road: id of one road of a network.
+        start: where a route through a network begins: a position (x, y) in m, or the id of a road or lane.
+        goal: where it ends.
+        cost: what the route is to have least of; see `Network.route`.
 
     Raises:
-        RoadError: the file is missing, of unknown format or wrong inside; the message says where.
+        RoadError: the file is missing, of unknown format or wrong inside, or an argument is missing; the message says where.
     """
     path = Path(path)
-    return _format_of(path).read(path, closed=closed)
+    suffix = path.suffix.lower()
+    if suffix in NETWORKS:
+        if width is not None or lane is not None:
+            raise RoadError(f"{path}: holds lanes with borders, width and lane are for files without")
+        return _from_network(read_network(path), closed, road, start, goal, cost)
+    if not (road is None and start is None and goal is None):
+        raise RoadError(f"{path}: holds one road, a road's id or start and goal are for networks ({', '.join(NETWORKS)})")
+    return _one_road(path, suffix, closed=closed, width=width, lane=lane)
+
+
+def read_network(path: str | PathLike[str]) -> Network:
+    """Read a file that holds a network: OpenDRIVE (.xodr), CommonRoad (.xml), SUMO (.net.xml), Lanelet2 (.osm).
+
+    Raises:
+        RoadError: the file is missing, of another format or wrong inside.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix == ".xodr":
+        from .opendrive.reader import read_network as read_it
+    elif suffix == ".osm":
+        from .lanelet2 import read_network as read_it
+    elif path.name.lower().endswith(".net.xml"):
+        from .sumo import read_network as read_it
+    elif suffix == ".xml":
+        read_it = _by_root(path)
+    else:
+        raise RoadError(f"{path}: unknown network format {suffix!r}, expected one of {', '.join(NETWORKS)}")
+    return read_it(path)
+
+
+def _by_root(path: Path) -> Any:
+    from .text import read_bytes
+
+    head = read_bytes(path)[:4000]
+    if b"<OpenDRIVE" in head:
+        from .opendrive.reader import read_network as read_it
+    elif b"<net" in head:
+        from .sumo import read_network as read_it
+    else:
+        from .commonroad import read_network as read_it
+    return read_it
 
 
 def write(road: Road, path: str | PathLike[str]) -> None:
-    """Write `road` in the format of the suffix, whole or not at all.
+    """Write `road` in the format of the suffix (.xodr, .csv, .geojson), whole or not at all.
 
     Raises:
         RoadError: unknown format, or a road that the format cannot hold.
     """
     path = Path(path)
-    _format_of(path).write(road, path)
+    suffix = path.suffix.lower()
+    if suffix == ".csv":
+        from .track_csv import write as write_it
+    elif suffix == ".xodr":
+        from .opendrive.export import write as write_it
+    elif suffix == ".geojson":
+        from .centre_line import write_geojson as write_it
+    else:
+        raise RoadError(f"{path}: cannot write format {suffix!r}, expected one of {', '.join(WRITERS)}")
+    write_it(road, path)
 
 
-def _format_of(path: Path):
-    try:
-        return FORMATS[path.suffix.lower()]
-    except KeyError:
-        known = ", ".join(sorted(FORMATS))
-        raise RoadError(f"{path}: unknown road format {path.suffix!r}, expected one of {known}") from None
+def _one_road(path: Path, suffix: str, *, closed: bool | None, width: float | None, lane: float | None) -> Road:
+    if suffix in (".gpx", ".geojson", ".json"):
+        from .centre_line import read_geojson, read_gpx
+
+        return (read_gpx if suffix == ".gpx" else read_geojson)(path, closed=closed, width=width)
+    if suffix == ".mat":
+        from .path_table import read as read_path
+
+        return read_path(path, closed=closed, lane=lane, width=width)
+    if suffix in (".csv", ".txt"):
+        return _from_table(path, closed=closed, width=width, lane=lane)
+    raise RoadError(f"{path}: unknown road format {suffix!r}, expected one of {', '.join(ROADS + NETWORKS)}")
+
+
+def _from_table(path: Path, *, closed: bool | None, width: float | None, lane: float | None) -> Road:
+    """A header tells edges, paths and tracks apart; without one, four columns and no widths asked for mean a track."""
+    from . import edges_csv, path_table, track_csv
+    from .table import read_table
+
+    table = read_table(path)
+    if table.names and edges_csv.columns_of(table.names) is not None:
+        return edges_csv.of_table(table, closed=closed)
+    is_path = table.names and any(
+        name.startswith(("psi", "kappa", "v_", "vx", "heading", "curvature")) or name in ("v", "s", "s_m") for name in table.names
+    )
+    if is_path or (not table.names and (lane is not None or width is not None or 5 <= table.rows.shape[1] <= 7)):
+        return path_table.of_table(table, closed=closed, lane=lane, width=width)
+    if width is not None or lane is not None:
+        raise RoadError(f"{path}: a track holds its widths, width and lane are for files without borders")
+    return track_csv.of_table(table, closed=closed)
+
+
+def _from_network(network: Network, closed: bool | None, road: str | None, start: Place | None, goal: Place | None, cost: Cost) -> Road:
+    if start is not None or goal is not None:
+        if road is not None or start is None or goal is None:
+            raise RoadError(f"{network.path}: give either a road's id or both start and goal")
+        made = network.route(start, goal, cost=cost)
+    elif road is not None:
+        made = network.road(road)
+    elif len(network.roads) == 1:
+        made = network.road(network.roads[0])
+    else:
+        longest = sorted(network.roads, key=lambda name: -network.lengths[name])
+        shown = ", ".join(f"{name} ({network.lengths[name]:.0f} m)" for name in longest[:8])
+        raise RoadError(f"{network.path}: holds {len(longest)} roads, give the id of one or start and goal of a route; the longest: {shown}")
+    if closed is not None and closed != made.closed:
+        raise RoadError(
+            f"{network.path}: {made.name} is {'closed' if made.closed else 'open'} by its file, {'closed' if closed else 'open'} was asked for"
+        )
+    return made

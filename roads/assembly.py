@@ -1,0 +1,264 @@
+"""One road out of the lanes of a route: the middle of the lanes driven becomes the reference, borders are measured from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .curve import PlanarCurve, read_only
+from .errors import RoadError
+from .road import Lane, Road
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .network import Network
+    from .routing import Step
+
+    Floats = NDArray[np.float64]
+
+#: Where cross-sections change at once, edges do so within this stretch, m.
+AT_ONCE = 0.01
+#: The reference is not drawn through points closer than this, m.
+NEAREST = 0.02
+#: Middles of lanes that meet within this are the same place, m; larger offsets are blended over `BLEND`.
+SAME = 2e-3
+BLEND = 30.0
+#: Lanes that follow each other on a route may begin this far from where the one before ends, m and rad.
+GAP, KINK = 3.0, 0.7
+#: A change of lane takes at most this way, m.
+CHANGE = 80.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """One cross-section run: the middle line driven (n, 3), and borders (m, 3) by link, from right to left."""
+
+    middle: Floats
+    lanes: list[tuple[str, int, Floats, Floats]]
+    followed: int
+    limit: Floats
+
+
+def assemble(name: str, network: Network, route: list[list[Step]]) -> Road:
+    """The road along `route`.
+
+    Raises:
+        RoadError: lanes that are no longer than a few centimetres, or that do not meet.
+    """
+    parts = [part for steps in route if (part := _part(network, steps)) is not None]
+    if not parts:
+        raise RoadError(f"{network.path}: the route is shorter than {2 * NEAREST} m, expected a longer one")
+    _check_joints(network, route, parts)
+    middles = _blended([part.middle for part in parts])
+    line, owner = _merged(middles)
+    if len(line) < 2:
+        raise RoadError(f"{network.path}: the route is shorter than {2 * NEAREST} m, expected a longer one")
+    curve = PlanarCurve.through(line[:, :2])
+    sections = [_measured(curve, part, curve.breaks_s[owner == k]) for k, part in enumerate(parts)]
+    return _road(name, network, curve, line[:, 2], owner, parts, sections)
+
+
+def _part(network: Network, steps: list[Step]) -> _Part | None:
+    """The run of cross-sections that `steps` (lanes side by side) drive."""
+    first, last = steps[0], steps[-1]
+    share = (first.start / first.link.length, last.end / last.link.length) if first.link.length > NEAREST else (0.0, 1.0)
+    lanes, followed, middles = [], 0, []
+    beside = first.link.beside or (first.link.id,)
+    against = first.link.against or (False,)
+    for name, is_against in zip(beside, against, strict=True):
+        link = network.links[name]
+        left, right = link.borders
+        if is_against:
+            left, right = right[::-1], left[::-1]
+        if name == last.link.id:
+            followed = len(lanes)
+        lanes.append((name, -1 if is_against else 1, _cut(left, share), _cut(right, share)))
+    middles += [_cut(step.link.centre, share) for step in steps]
+    middle = middles[0] if len(middles) == 1 else _changed(middles)
+    length = float(np.sum(np.hypot(*np.diff(middle[:, :2], axis=0).T)))
+    if length < NEAREST:
+        return None
+    at = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(middle[:, :2], axis=0).T))])
+    limit = last.link.limit_at(share[0] * last.link.length + at * ((share[1] - share[0]) * last.link.length / length))
+    return _Part(middle, lanes, followed, limit)
+
+
+def _cut(line: Floats, share: tuple[float, float]) -> Floats:
+    """The part of `line` between two shares of its length."""
+    if share == (0.0, 1.0):
+        return line
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
+    low, high = share[0] * s[-1], share[1] * s[-1]
+    inner = (s > low + 1e-6) & (s < high - 1e-6)
+    at = np.concatenate([[low], s[inner], [high]])
+    return np.column_stack([np.interp(at, s, line[:, axis]) for axis in range(3)])
+
+
+def _changed(middles: list[Floats]) -> Floats:
+    """From the first to the last of lines that lie side by side, smoothly, at the end of the stretch."""
+    start = middles[0]
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(start[:, :2], axis=0).T))])
+    # a change needs points to show in
+    fine = np.union1d(s, np.linspace(0.0, s[-1], max(int(s[-1]), 2) + 1))
+    first = np.column_stack([np.interp(fine, s, start[:, axis]) for axis in range(3)])
+    other = middles[-1]
+    t = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(other[:, :2], axis=0).T))])
+    last = np.column_stack([np.interp(fine / max(s[-1], 1e-9), t / max(t[-1], 1e-9), other[:, axis]) for axis in range(3)])
+    way = min(CHANGE * (len(middles) - 1), float(s[-1]))
+    share = np.clip((fine - (s[-1] - way)) / way, 0.0, 1.0)
+    share = (share**3 * (10.0 - 15.0 * share + 6.0 * share**2))[:, None]
+    return (1.0 - share) * first + share * last
+
+
+def _check_joints(network: Network, route: list[list[Step]], parts: list[_Part]) -> None:
+    for before, after in pairwise(parts):
+        gap = float(np.hypot(*(after.middle[0, :2] - before.middle[-1, :2])))
+        turn = _direction(after.middle[:2]) - _direction(before.middle[-2:])
+        kink = abs((turn + np.pi) % (2.0 * np.pi) - np.pi)
+        if gap > GAP or kink > KINK:
+            names = before.lanes[before.followed][0], after.lanes[after.followed][0]
+            limits = f"expected at most {GAP} m and {KINK} rad"
+            raise RoadError(f"{network.path}: lane {names[1]} begins {gap:.2f} m and {kink:.2f} rad away from the end of {names[0]}, {limits}")
+
+
+def _direction(pair: Floats) -> float:
+    return float(np.arctan2(*(pair[-1, :2] - pair[0, :2])[::-1]))
+
+
+def _blended(middles: list[Floats]) -> list[Floats]:
+    """Lines whose ends meet: what they miss each other by is spread over the stretch after the joint, smoothly."""
+    found = [middles[0]]
+    for line in middles[1:]:
+        miss = found[-1][-1] - line[0]
+        if float(np.hypot(*miss[:2])) <= SAME:
+            found.append(line)
+            continue
+        s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
+        way = min(BLEND, float(s[-1]))
+        fine = np.union1d(s, np.linspace(0.0, way, max(int(2 * way), 8)))
+        line = np.column_stack([np.interp(fine, s, line[:, axis]) for axis in range(3)])
+        left = np.clip(1.0 - fine / way, 0.0, 1.0)
+        found.append(line + (left**3 * (10.0 - 15.0 * left + 6.0 * left**2))[:, None] * miss)
+    return found
+
+
+def _merged(lines: list[Floats]) -> tuple[Floats, NDArray[np.intp]]:
+    """All points in order without near repetitions, and the part that each belongs to (a joint to the part that begins there)."""
+    line = np.concatenate(lines)
+    owner = np.repeat(np.arange(len(lines)), [len(points) for points in lines])
+    keep = np.ones(len(line), dtype=bool)
+    last = len(line) - 1
+    here = 0
+    for k in range(1, len(line)):
+        if np.hypot(line[k, 0] - line[here, 0], line[k, 1] - line[here, 1]) >= NEAREST:
+            here = k
+        elif k == last:
+            keep[here] = here == 0
+        elif owner[k] != owner[here]:
+            # the joint stays, the point just before it goes, unless it is the start
+            keep[here] = False
+            here = k
+        else:
+            keep[k] = False
+    return line[keep], owner[keep]
+
+
+def _measured(curve: PlanarCurve, part: _Part, stations: Floats) -> tuple[Floats, Floats, Floats]:
+    """Offsets (lanes, n) of right and left borders at `stations`, and the bank (n,)."""
+    start = float(stations[0]) if len(stations) else 0.0
+    right, left, bank = [], [], np.zeros(len(stations))
+    for k, (_, _, left_line, right_line) in enumerate(part.lanes):
+        offsets, heights = [], []
+        for line in (right_line, left_line):
+            fine = _dense(line)
+            s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(fine[:, :2], axis=0).T))])
+            share = s / max(s[-1], 1e-9)
+            span = _length(part.middle)
+            near = np.clip(start + share * span, 0.0, curve.length)
+            found, offset = curve.project(fine[:, :2], near)
+            order = np.argsort(found, kind="stable")
+            offsets.append(np.interp(stations, found[order], offset[order]))
+            heights.append(np.interp(stations, found[order], fine[order, 2]))
+        right.append(np.minimum(*offsets))
+        left.append(np.maximum(*offsets))
+        if k == part.followed:
+            bank = np.arctan2(heights[1] - heights[0], np.maximum(offsets[1] - offsets[0], 0.5))
+    return np.array(right), np.array(left), bank
+
+
+def _length(line: Floats) -> float:
+    return float(np.sum(np.hypot(*np.diff(line[:, :2], axis=0).T)))
+
+
+def _dense(line: Floats) -> Floats:
+    """Points at most 1 m apart: a straight piece of a border is not straight when measured from a bend."""
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
+    fine = np.union1d(s, np.linspace(0.0, s[-1], int(np.ceil(s[-1])) + 1))
+    return np.column_stack([np.interp(fine, s, line[:, axis]) for axis in range(3)])
+
+
+def _road(
+    name: str,
+    network: Network,
+    curve: PlanarCurve,
+    height: Floats,
+    owner: NDArray[np.intp],
+    parts: list[_Part],
+    sections: list[tuple[Floats, Floats, Floats]],
+) -> Road:
+    """Lanes end with their part, except those driven; edges change at once where parts meet, on the wider side."""
+    s = curve.breaks_s
+    joints = np.flatnonzero(np.diff(owner)) + 1
+    extra = np.concatenate([s[joints] - AT_ONCE, s[joints] + AT_ONCE])
+    extra = extra[(extra > 0.0) & (extra < s[-1])]
+    stations = np.union1d(s, extra)
+    part_at = np.append(owner[np.searchsorted(s, stations[:-1], side="right") - 1], owner[-1])
+    right, left, bank = (np.empty(len(stations)) for _ in range(3))
+    limit = np.empty(len(stations))
+    drive_right, drive_left = np.empty(len(stations)), np.empty(len(stations))
+    lanes: list[Lane] = []
+    for k, (part, (lane_right, lane_left, banks)) in enumerate(zip(parts, sections, strict=True)):
+        here = part_at == k
+        own = s[owner == k]
+        if not len(own):
+            continue
+        at = stations[here]
+        right[here], left[here] = np.interp(at, own, lane_right[0]), np.interp(at, own, lane_left[-1])
+        bank[here] = np.interp(at, own, banks)
+        begin = own[0]
+        span = _length(part.middle)
+        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(part.middle[:, :2], axis=0).T))])
+        limit[here] = part.limit[np.clip(np.searchsorted(along, np.clip(at - begin, 0.0, span) + 1e-6, side="right") - 1, 0, len(along) - 1)]
+        mid_right, mid_left = np.interp(at, own, lane_right[part.followed]), np.interp(at, own, lane_left[part.followed])
+        # the reference is the middle driven: while it changes lanes, the strip to be driven goes with it
+        half = 0.5 * (mid_left - mid_right)
+        drive_right[here], drive_left[here] = -half, half
+        for j, (identity, direction, _, _) in enumerate(part.lanes):
+            bounds = np.full((2, len(stations)), np.nan)
+            bounds[0, here], bounds[1, here] = np.interp(at, own, lane_right[j]), np.interp(at, own, lane_left[j])
+            lanes.append(Lane(direction, read_only(bounds[0]), read_only(bounds[1]), network.links[identity].kind, identity))
+    for at in np.searchsorted(stations, s[joints]):
+        low, high = max(right[at - 1], right[at]), min(left[at - 1], left[at])
+        if low < high:
+            right[at], left[at] = low, high
+    lanes = [Lane(lane.direction, np.clip(lane.right, right, left), np.clip(lane.left, right, left), lane.kind, lane.name) for lane in lanes]
+    drive = Lane(1, np.clip(drive_right, right, left), np.clip(drive_left, right, left), "driving", "route")
+    left_hand = network.links[parts[0].lanes[parts[0].followed][0]].left_hand
+    z = np.interp(stations, s, height)
+    return Road(
+        name,
+        curve,
+        read_only(stations),
+        read_only(right),
+        read_only(left),
+        read_only(z),
+        read_only(limit),
+        tuple(lanes),
+        read_only(bank),
+        drive=drive,
+        left_hand=left_hand,
+    )

@@ -1,0 +1,225 @@
+"""Centre lines in degrees: GPX tracks and routes, and GeoJSON. A centre line has no borders; `width` gives them."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import RoadError
+from ..road import Road
+from .geodesy import to_degrees, to_plane
+from .path_table import looks_closed
+from .text import read_text, write_whole
+from .xml import LARGEST, Place, parse
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+#: Points of a track closer than this are one (a receiver that stands), m.
+STANDING = 0.05
+#: Name of the coordinate system of a GeoJSON file in metres; without it the standard says degrees.
+METRES = "urn:energy-mgr:plane-metres"
+#: Steps over which the height of a crossing of levels may differ.
+_ROLES = ("reference", "left_edge", "right_edge")
+
+
+def read_gpx(path: Path, *, closed: bool | None = None, width: float | None = None) -> Road:
+    """The first track (all its segments in order) or route of a GPX file.
+
+    Raises:
+        RoadError: no GPX, fewer than two places, or no width.
+    """
+    root = parse(path, "gpx")
+    place = Place(path)
+    track = root.find("trk")
+    nodes = root.findall("rte/rtept") if track is None else track.findall("trkseg/trkpt")
+    if len(nodes) < 2:
+        raise place.error(root, f"holds {len(nodes)} points in its first track or route, expected at least 2")
+    degrees = np.array([[place.number(node, "lat"), place.number(node, "lon")] for node in nodes])
+    texts = [node.findtext("ele") for node in nodes]
+    height = np.array([0.0 if text is None else place.float(node, "ele", text) for node, text in zip(nodes, texts, strict=True)])
+    parent = track if track is not None else root.find("rte")
+    return _about(path, (parent.findtext("name") or path.stem).strip(), degrees, height, closed, width)
+
+
+def _about(path: Path, name: str, degrees: Floats, height: Floats, closed: bool | None, width: float | None) -> Road:
+    try:
+        points, origin = to_plane(*degrees.T)
+        return about_line(path, name, points, height, closed, width, origin)
+    except RoadError as error:
+        if str(error).startswith(str(path)):
+            raise
+        raise RoadError(f"{path}: {error}") from None
+
+
+def about_line(
+    path: Path, name: str, points: Floats, height: Floats, closed: bool | None, width: float | None, origin: tuple[float, float] | None
+) -> Road:
+    """A road of `width` (m) about a centre line: two lanes from 5 m on, one below."""
+    if width is None:
+        raise RoadError(f"{path}: holds a centre line without borders, give the width of the road (width, m)")
+    if not 0.5 <= width <= 1e3:
+        raise RoadError(f"{path}: width {width} m, expected 0.5 to 1000")
+    keep = [0]
+    for k in range(1, len(points)):
+        if np.hypot(*(points[k] - points[keep[-1]])) >= STANDING:
+            keep.append(k)
+    points, height = points[keep], height[keep]
+    closed = looks_closed(points) if closed is None else closed
+    if closed and len(points) > 1 and np.hypot(*(points[0] - points[-1])) < STANDING:
+        points, height = points[:-1], height[:-1]
+    half = 0.5 * width
+    lanes = [(1, -half, 0.0), (-1, 0.0, half)] if width >= 5.0 else [(1, -half, half)]
+    return Road.from_points(name, points, -half, half, closed=closed, height=height, lane_edges=lanes, origin=origin)
+
+
+def read_geojson(path: Path, *, closed: bool | None = None, width: float | None = None) -> Road:
+    """A GeoJSON line as a centre line, or a road that `write_geojson` wrote.
+
+    Raises:
+        RoadError: no GeoJSON, no line, or no width where there are no edges.
+    """
+    try:
+        content = json.loads(read_text(path), parse_constant=lambda word: float("nan"))
+    except (json.JSONDecodeError, RecursionError) as error:
+        where = f":{error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
+        raise RoadError(f"{path}{where}: not JSON: {str(error)[:100]}") from None
+    if not isinstance(content, dict) or content.get("type") not in ("FeatureCollection", "Feature", "LineString"):
+        kind = content.get("type") if isinstance(content, dict) else type(content).__name__
+        raise RoadError(f"{path}: is {str(kind)[:40]!r}, expected a FeatureCollection, a Feature or a LineString")
+    features = _features(content)
+    lines = [
+        (feature, geometry) for feature in features if isinstance(geometry := feature.get("geometry"), dict) and geometry.get("type") == "LineString"
+    ]
+    if not lines:
+        raise RoadError(f"{path}: holds no LineString, expected a centre line")
+    in_metres = METRES in json.dumps(content.get("crs", ""), default=str)[:500]
+    by_role: dict[str, Floats] = {}
+    for feature, geometry in lines:
+        properties = feature.get("properties")
+        role = properties.get("role") if isinstance(properties, dict) else None
+        if role in _ROLES and role not in by_role:
+            by_role[str(role)] = _coordinates(path, geometry)
+    first = lines[0][0].get("properties")
+    about: dict[str, Any] = first if isinstance(first, dict) else {}
+    name = str(about.get("name") or path.stem)[:200]
+    if len(by_role) == len(_ROLES):
+        return _own(path, name, by_role, about, closed, in_metres=in_metres)
+    table = _coordinates(path, lines[0][1])
+    if in_metres:
+        try:
+            return about_line(path, name, table[:, :2], table[:, 2], closed, width, None)
+        except RoadError as error:
+            raise RoadError(str(error) if str(error).startswith(str(path)) else f"{path}: {error}") from None
+    return _about(path, name, table[:, 1::-1], table[:, 2], closed, width)
+
+
+def _features(content: dict[str, Any]) -> list[dict[str, Any]]:
+    if content["type"] == "LineString":
+        return [{"type": "Feature", "geometry": content}]
+    if content["type"] == "Feature":
+        return [content]
+    found = content.get("features")
+    return [feature for feature in found if isinstance(feature, dict)] if isinstance(found, list) else []
+
+
+def _coordinates(path: Path, geometry: dict[str, Any]) -> Floats:
+    rows = geometry.get("coordinates")
+    if not isinstance(rows, list) or len(rows) < 2:
+        raise RoadError(f"{path}: LineString has {len(rows) if isinstance(rows, list) else 'no'} coordinates, expected at least 2")
+    table = np.zeros((len(rows), 3))
+    for k, row in enumerate(rows):
+        good = isinstance(row, list) and len(row) >= 2 and all(isinstance(value, int | float) and abs(value) < LARGEST for value in row[:3])
+        if not good:
+            raise RoadError(f"{path}: coordinates[{k}] is {str(row)[:60]}, expected [longitude, latitude] or [longitude, latitude, height]")
+        table[k, : min(len(row), 3)] = row[:3]
+    return table
+
+
+def _own(path: Path, name: str, lines: dict[str, Floats], properties: dict[str, Any], closed: bool | None, *, in_metres: bool) -> Road:
+    from ..curve import PlanarCurve, read_only
+    from ..road import Lane
+
+    origin: tuple[float, float] | None = None
+    try:
+        if not in_metres:
+            given = properties.get("origin")
+            fixed = given if isinstance(given, list) and len(given) == 2 and all(isinstance(v, int | float) for v in given) else None
+            origin = (float(fixed[0]), float(fixed[1])) if fixed else (float(lines["reference"][0, 1]), float(lines["reference"][0, 0]))
+            lines = {role: np.column_stack([to_plane(line[:, 1], line[:, 0], origin)[0], line[:, 2]]) for role, line in lines.items()}
+        count = {len(line) for line in lines.values()}
+        if len(count) != 1:
+            raise RoadError(f"reference and edges have {sorted(count)} points, expected as many in each")
+        middle = lines["reference"]
+        closed = bool(properties.get("closed", False)) if closed is None else closed
+        reference = PlanarCurve.through(middle[:, :2], closed=closed)
+        s = reference.breaks_s[:-1] if closed else reference.breaks_s
+        normal = reference.normal(s)
+        right, left = (np.sum((lines[role][:, :2] - middle[:, :2]) * normal, axis=1) for role in ("right_edge", "left_edge"))
+        limits = properties.get("speed_limit_mps")
+        limit = np.full(len(s), np.inf)
+        if isinstance(limits, list) and len(limits) == len(s) and all(v is None or (isinstance(v, int | float) and v > 0) for v in limits):
+            limit = np.array([np.inf if value is None else float(value) for value in limits])
+        edges = read_only(right), read_only(left)
+        lanes = _lanes(properties.get("lanes"), s) or (Lane(1, *edges),)
+        return Road(name, reference, read_only(s), *edges, read_only(middle[:, 2]), read_only(limit), lanes, origin=origin)
+    except RoadError as error:
+        raise RoadError(f"{path}: {error}") from None
+
+
+def _lanes(given: Any, s: Floats) -> tuple[Any, ...]:
+    from ..curve import read_only
+    from ..road import Lane
+
+    found = []
+    for lane in given if isinstance(given, list) else []:
+        if not isinstance(lane, dict) or lane.get("direction") not in (-1, 0, 1):
+            raise RoadError(f"lane {str(lane)[:60]}, expected direction -1, 0 or 1 with right and left offsets")
+        try:
+            right, left = (np.array([np.nan if v is None else float(v) for v in lane[side]], dtype=np.float64) for side in ("right", "left"))
+        except (KeyError, TypeError, ValueError):
+            raise RoadError("lane without right and left offsets, expected lists of numbers") from None
+        if len(right) != len(s) or len(left) != len(s):
+            raise RoadError(f"lane with {len(right)} and {len(left)} offsets, expected {len(s)}")
+        found.append(Lane(int(lane["direction"]), read_only(right), read_only(left), str(lane.get("kind", "driving")), str(lane.get("name", ""))))
+    return tuple(found)
+
+
+def write_geojson(road: Road, path: Path) -> None:
+    """Write reference and edges as lines: in degrees where the road knows its origin, else in metres with a coordinate system that says so.
+
+    Raises:
+        RoadError: the file cannot be written, or pyproj is missing.
+    """
+    points, normal = road.reference.position(road.s), road.reference.normal(road.s)
+    lines = {"reference": points, "left_edge": points + road.left[:, None] * normal, "right_edge": points + road.right[:, None] * normal}
+    features = []
+    for role, line in lines.items():
+        plane = line if road.origin is None else to_degrees(line, road.origin)
+        digits = 6 if road.origin is None else 11
+        rows = [[round(x, digits), round(y, digits), round(z, 6)] for (x, y), z in zip(plane.tolist(), road.height.tolist(), strict=True)]
+        properties: dict[str, Any] = {"role": role, "name": road.name, "closed": road.closed}
+        if role == "reference":
+            properties |= {
+                "speed_limit_mps": [v if np.isfinite(v) else None for v in road.speed_limit.tolist()],
+                "lanes": [
+                    {"direction": lane.direction, "kind": lane.kind, "name": lane.name, "right": _listed(lane.right), "left": _listed(lane.left)}
+                    for lane in road.lanes
+                ],
+                "origin": None if road.origin is None else list(road.origin),
+            }
+        features.append({"type": "Feature", "properties": properties, "geometry": {"type": "LineString", "coordinates": rows}})
+    content: dict[str, Any] = {"type": "FeatureCollection", "features": features}
+    if road.origin is None:
+        content["crs"] = {"type": "name", "properties": {"name": METRES}}
+    write_whole(path, json.dumps(content))
+
+
+def _listed(values: Floats) -> list[float | None]:
+    return [round(value, 6) if np.isfinite(value) else None for value in values.tolist()]

@@ -1,0 +1,164 @@
+"""What CommonRoad, Lanelet2 and SUMO files have in common: lanes as pairs of polylines with neighbours and successors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import RoadError
+from ..network import Link, Network
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from ..findings import Findings
+
+    Floats = NDArray[np.float64]
+
+#: Vertices closer than this are one, m.
+SAME = 1e-3
+
+
+@dataclass(eq=False)
+class Lanelet:
+    """One lane between two places: borders in its direction of travel.
+
+    Attributes:
+        id: unique.
+        left: (n, 3) left border, m.
+        right: (m, 3) right border, m; where n = m vertices lie beside each other.
+        place: file and line.
+        successors: ids.
+        beside_left: (id, True if it leads the same way) of the neighbour to the left.
+        beside_right: as `beside_left`.
+        limit: m/s, inf where none is posted.
+        kind: what it is for.
+    """
+
+    id: str
+    left: Floats
+    right: Floats
+    place: str
+    successors: list[str] = field(default_factory=list)
+    beside_left: tuple[str, bool] | None = None
+    beside_right: tuple[str, bool] | None = None
+    limit: float = np.inf
+    kind: str = "driving"
+
+
+def network_of(
+    path: Path, format_name: str, lanelets: dict[str, Lanelet], findings: Findings, *, left_hand: bool = False, name: str = "", geographic: str = ""
+) -> Network:
+    """The network of `lanelets`; those without sound borders become errors among `findings` and are left out.
+
+    Raises:
+        RoadError: no usable lanelet.
+    """
+    shapes: dict[str, tuple[Floats, Floats]] = {}
+    for lanelet in lanelets.values():
+        try:
+            shapes[lanelet.id] = paired(lanelet)
+        except RoadError as error:
+            findings.error(error)
+    if not shapes:
+        errors = findings.errors()
+        raise RoadError(f"{errors[0].place}: {errors[0].message}" if errors else f"{path}: holds no lane to drive on, expected at least one")
+    links: dict[str, Link] = {}
+    for identity, shape in shapes.items():
+        lanelet = lanelets[identity]
+        link = Link(identity, identity, lanelet.kind, partial(_given, shape), limits=((0.0, lanelet.limit),), left_hand=left_hand)
+        unknown = [other for other in lanelet.successors if other not in lanelets]
+        if unknown:
+            findings.warn(lanelet.place, f"lane {identity} leads on to {', '.join(unknown[:5])}, which the file does not hold")
+        link.successors = [other for other in dict.fromkeys(lanelet.successors) if other in shapes]
+        links[identity] = link
+    for identity, link in links.items():
+        _set_beside(link, identity, lanelets, shapes)
+    lengths = {identity: link.length for identity, link in links.items()}
+    return Network(name or path.stem, str(path), format_name, links, lengths, findings.all(), None, geographic)
+
+
+def _given(shape: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    return shape
+
+
+def _set_beside(link: Link, identity: str, lanelets: dict[str, Lanelet], shapes: dict[str, tuple[Floats, Floats]]) -> None:
+    """Walk to both sides; beyond a lane that leads the other way left and right change places."""
+    sides: list[list[tuple[str, bool]]] = []
+    for to_left in (False, True):
+        found: list[tuple[str, bool]] = []
+        seen = {identity}
+        here, same = identity, True
+        while True:
+            lanelet = lanelets[here]
+            beside = lanelet.beside_left if to_left == same else lanelet.beside_right
+            if beside is None or beside[0] in seen or beside[0] not in shapes:
+                break
+            here, same = beside[0], same == beside[1]
+            seen.add(here)
+            found.append((here, not same))
+        sides.append(found)
+    row = [*sides[0][::-1], (identity, False), *sides[1]]
+    link.beside = tuple(other for other, _ in row)
+    link.against = tuple(against for _, against in row)
+    link.right = sides[0][0][0] if sides[0] and not sides[0][0][1] else None
+    link.left = sides[1][0][0] if sides[1] and not sides[1][0][1] else None
+
+
+def paired(lanelet: Lanelet) -> tuple[Floats, Floats]:
+    """Borders with vertices beside each other: as given where their numbers agree, else at all vertices of both by their share of the length.
+
+    Raises:
+        RoadError: fewer than two places, a border that stands still, or borders that do not lie apart.
+    """
+    left, right = lanelet.left, lanelet.right
+    if len(left) < 2 or len(right) < 2:
+        raise RoadError(f"{lanelet.place}: lane {lanelet.id} has borders of {len(left)} and {len(right)} points, expected at least 2")
+    if len(left) != len(right):
+        shares = [_shares(lanelet, border) for border in (left, right)]
+        both = np.union1d(*shares)
+        left, right = (
+            np.column_stack([np.interp(both, share, border[:, axis]) for axis in range(3)])
+            for share, border in zip(shares, (left, right), strict=True)
+        )
+    centre = 0.5 * (left + right)
+    steps = np.hypot(*np.diff(centre[:, :2], axis=0).T)
+    keep = np.append(True, steps > SAME)
+    if np.count_nonzero(keep) < 2:
+        raise RoadError(f"{lanelet.place}: lane {lanelet.id} is {float(np.sum(steps)):.4f} m long, expected more")
+    left, right, centre = left[keep], right[keep], centre[keep]
+    # left must be to the left of the way; a lanelet drawn the wrong way round would be driven on the wrong side
+    way = np.gradient(centre[:, :2], axis=0)
+    across = (left - right)[:, :2]
+    area = np.sum(way[:, 0] * across[:, 1] - way[:, 1] * across[:, 0])
+    if area <= 0.0:
+        raise RoadError(
+            f"{lanelet.place}: lane {lanelet.id} has its left border on the right or none apart from the right one, expected left of the way"
+        )
+    return left, right
+
+
+def _shares(lanelet: Lanelet, border: Floats) -> Floats:
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(border[:, :2], axis=0).T))])
+    if s[-1] <= SAME:
+        raise RoadError(f"{lanelet.place}: lane {lanelet.id} has a border of {s[-1]:.4f} m, expected a longer one")
+    return s / s[-1]
+
+
+def offset_polyline(line: Floats, offset: float) -> Floats:
+    """`line` (n, 3) moved sideways by `offset` (m, positive left), corners mitred."""
+    step = np.diff(line[:, :2], axis=0)
+    unit = step / np.maximum(np.hypot(*step.T), 1e-9)[:, None]
+    normal = np.column_stack([-unit[:, 1], unit[:, 0]])
+    first, last = np.vstack([normal[:1], normal]), np.vstack([normal, normal[-1:]])
+    middle = first + last
+    # a mitre of more than twice the offset belongs to a corner no lane has
+    scale = 2.0 / np.maximum(np.sum(middle**2, axis=1), 1.0)
+    moved = line.copy()
+    moved[:, :2] += offset * scale[:, None] * middle
+    return moved

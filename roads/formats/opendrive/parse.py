@@ -1,0 +1,378 @@
+"""OpenDRIVE 1.4 to 1.8: from XML to records. Facts from the ASAM OpenDRIVE standard; what is not read is noted among the findings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...errors import RoadError
+from ...plan_view import Clothoid, Cubic, PlanView
+from ..xml import Place, children, only, parse
+from .records import DRIVABLE, NOTHING, Connection, Cubics, LaneRecord, OpenDrive, RoadEnd, RoadRecord, SectionRecord
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from ...findings import Findings
+    from ...plan_view import Element
+    from ..xml import Node
+
+UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
+NO_LIMIT = ("no limit", "undefined")
+#: Content that changes where a car may drive, or how, and is not read.
+UNREAD = {
+    "crossfall": "lateralProfile/crossfall (deprecated) is not read",
+    "shape": "lateralProfile/shape is not read: the cross-section counts as plane",
+    "crossSectionSurface": "lateralProfile/crossSectionSurface is not read: the cross-section counts as plane",
+    "height": "lane height is not read: lanes lie on the road's plane",
+    "object": "objects are not read",
+    "signal": "signals are not read; speed limits come from type and lane records",
+    "railroad": "railroad is not read",
+    "include": "included files are not read",
+}
+#: Shorter pieces than this are taken as slips of a rounding writer and skipped, m.
+SHORTEST = 1e-6
+#: Elements that do not meet within this are worth a warning, within `APART` usable, m.
+MEET, APART = 1e-3, 0.5
+#: The same for their headings, rad.
+SMOOTH, SHARP = 0.01, 0.5
+#: Longest single road and most lanes of a section.
+LONGEST, MOST_LANES = 2e6, 100
+
+
+def read_records(path: Path, findings: Findings) -> OpenDrive:
+    """Read the file; a road that cannot be used becomes an error among `findings` and is left out.
+
+    Raises:
+        RoadError: not an OpenDRIVE file of major version 1, or two roads of one id.
+    """
+    root = parse(path, "OpenDRIVE")
+    place = Place(path)
+    header = root.find("header")
+    version = "?"
+    if header is not None:
+        version = f"{header.get('revMajor', '?')}.{header.get('revMinor', '?')}"
+        if header.get("revMajor", "1").strip() != "1":
+            raise place.error(header, f"revMajor is {header.get('revMajor')!r}, expected 1 (OpenDRIVE 1.4 to 1.8)")
+    else:
+        findings.warn(place.at(root), "no header, OpenDRIVE 1 assumed")
+    reference = "" if header is None else (header.findtext("geoReference") or "").strip()
+    made = OpenDrive((header.get("name") if header is not None else "") or path.stem, version, reference)
+    for tag, message in UNREAD.items():
+        nodes = list(root.iter(tag))
+        if nodes:
+            findings.note(place.at(nodes[0]), message, len(nodes))
+    seen: set[str] = set()
+    for node in root.findall("road"):
+        try:
+            road = _road(node, place, findings)
+            if road.id in seen:
+                raise place.error(node, f"id {road.id!r} is used twice, expected each once")
+        except RoadError as error:
+            findings.error(error)
+            continue
+        finally:
+            seen.add(node.get("id", ""))
+        made.roads[road.id] = road
+    _check_joints(made.roads, findings)
+    for node in root.findall("junction"):
+        try:
+            made.junctions[place.word(node, "id")] = _connections(node, place, findings)
+        except RoadError as error:
+            findings.error(error)
+    return made
+
+
+def _road(node: Node, place: Place, findings: Findings) -> RoadRecord:
+    identity = place.word(node, "id")
+    length = place.number(node, "length")
+    parts = children(node)
+    lanes, links = children(only(parts, "lanes")), children(only(parts, "link"))
+    left_hand = node.get("rule") == "LHT"
+    elements, starts = _plan_view(node, children(only(parts, "planView")).get("geometry", []), place, findings)
+    drawn = float(starts[-1]) + elements[-1].length
+    if abs(drawn - length) > MEET:
+        findings.warn(place.at(node), f"road {identity}: length is {length:g} m, its geometries end at {drawn:g} m; the geometries count")
+    speeds = []
+    for kind in parts.get("type", []):
+        speed = kind.find("speed")
+        speeds.append((place.number(kind, "s"), np.inf if speed is None else _speed(speed, place, findings)))
+    return RoadRecord(
+        identity,
+        node.get("name") or identity,
+        drawn,
+        node.get("junction", "-1"),
+        left_hand,
+        tuple(elements),
+        starts,
+        _cubics(children(only(parts, "elevationProfile")).get("elevation", []), place, "s"),
+        _cubics(children(only(parts, "lateralProfile")).get("superelevation", []), place, "s"),
+        _cubics(lanes.get("laneOffset", []), place, "s"),
+        _sections(node, lanes.get("laneSection", []), place, findings, drawn, left_hand=left_hand),
+        tuple(sorted(speeds)),
+        _end(only(links, "predecessor"), place),
+        _end(only(links, "successor"), place),
+        place.at(node),
+    )
+
+
+def _end(node: Node | None, place: Place) -> RoadEnd | None:
+    if node is None:
+        return None
+    kind, contact = node.get("elementType", "road"), node.get("contactPoint", "")
+    if kind not in ("road", "junction"):
+        raise place.error(node, f"elementType is {kind!r}, expected road or junction")
+    return RoadEnd(kind, place.word(node, "elementId"), contact)
+
+
+def _plan_view(node: Node, geometries: list[Node], place: Place, findings: Findings) -> tuple[list[Element], np.ndarray]:
+    elements: list[Element] = []
+    starts: list[float] = []
+    for geometry in geometries:
+        length = place.number(geometry, "length")
+        if length < 0.0:
+            raise place.error(geometry, f"length is {length:g} m, expected more than 0")
+        if length < SHORTEST:
+            findings.warn(place.at(geometry), f"geometry of length {length:g} m is skipped")
+            continue
+        element = _element(geometry, place, length)
+        start = place.number(geometry, "s")
+        if elements:
+            slip = start - starts[-1] - elements[-1].length
+            if abs(slip) > MEET:
+                findings.warn(place.at(geometry), f"geometry starts at a station {slip:+.4f} m off the end of the one before; lengths count")
+            start = starts[-1] + elements[-1].length
+        elif abs(start) > MEET:
+            findings.warn(place.at(geometry), f"first geometry starts at s = {start:g} m, expected 0; stations count from there")
+            start = 0.0
+        else:
+            start = 0.0
+        elements.append(element)
+        starts.append(start)
+    if not elements:
+        raise place.error(node, f"id {node.get('id')!r} has no geometry, expected planView/geometry")
+    if starts[-1] + elements[-1].length > LONGEST:
+        raise place.error(node, f"id {node.get('id')!r} is {starts[-1] + elements[-1].length:g} m long, expected at most {LONGEST:g}")
+    return elements, np.array(starts)
+
+
+def _check_joints(roads: dict[str, RoadRecord], findings: Findings) -> None:
+    """Roads whose elements do not meet become errors and are taken out; small gaps become warnings."""
+    if not roads:
+        return
+    owners = [road for road in roads.values() for _ in road.elements]
+    elements = [element for road in roads.values() for element in road.elements]
+    follows = np.array([before is owner for before, owner in zip([None, *owners[:-1]], owners, strict=True)])
+    view = PlanView(elements, follows)
+    every = np.arange(len(elements))
+    ends, last = view.at(every, view.length)
+    first = view.at(every, np.zeros(len(elements)))[1]
+    gap = np.where(follows, np.hypot(view.x - np.roll(ends[:, 0], 1), view.y - np.roll(ends[:, 1], 1)), 0.0)
+    kink = np.where(follows, np.abs((first - np.roll(last, 1) + np.pi) % (2.0 * np.pi) - np.pi), 0.0)
+    for k in np.flatnonzero((gap > MEET) | (kink > SMOOTH)):
+        road = owners[k]
+        number = k - next(j for j, owner in enumerate(owners) if owner is road)
+        where = f"geometry {number} starts {gap[k]:.4f} m and {kink[k]:.4f} rad away from the end of the one before"
+        if gap[k] > APART or kink[k] > SHARP:
+            if roads.pop(road.id, None) is not None:
+                findings.error(RoadError(f"{road.place}: road {road.id}: {where}, expected at most {APART} m and {SHARP} rad"))
+        else:
+            findings.warn(road.place, f"road {road.id}: {where}")
+
+
+def _element(node: Node, place: Place, length: float) -> Element:
+    x, y, heading = place.numbers(node, ("x", "y", "hdg"))
+    frame = (x, y, heading, length)
+    shape = node[0] if len(node) else None
+    if shape is None:
+        raise place.error(node, "holds nothing, expected line, arc, spiral, poly3 or paramPoly3")
+    kind = shape.tag
+    if kind == "line":
+        return Clothoid(*frame)
+    if kind == "arc":
+        kappa = _curvature(shape, place, "curvature")
+        return Clothoid(*frame, kappa, kappa)
+    if kind == "spiral":
+        return Clothoid(*frame, _curvature(shape, place, "curvStart"), _curvature(shape, place, "curvEnd"))
+    if kind == "poly3":
+        v = (place.number(shape, "a"), place.number(shape, "b"), place.number(shape, "c"), place.number(shape, "d"))
+        return _poly3(node, place, frame, v)
+    if kind == "paramPoly3":
+        u, v = (tuple(place.number(shape, f"{letter}{axis}") for letter in "abcd") for axis in "UV")
+        extent = shape.get("pRange", "normalized")
+        if extent not in ("arcLength", "normalized"):
+            raise place.error(shape, f"pRange is {extent!r}, expected arcLength or normalized")
+        element = Cubic(*frame, u, v, *((length, "unit") if extent == "arcLength" else (1.0, "arc")))  # pyright: ignore[reportArgumentType]
+        return _usable(node, place, element)
+    raise place.error(node, f"holds {kind}, expected line, arc, spiral, poly3 or paramPoly3")
+
+
+def _curvature(node: Node, place: Place, key: str) -> float:
+    kappa = place.number(node, key)
+    if abs(kappa) > 10.0:
+        raise place.error(node, f"{key} is {kappa:g} 1/m, expected a radius of at least 0.1 m")
+    return kappa
+
+
+def _poly3(node: Node, place: Place, frame: tuple[float, float, float, float], v: tuple[float, float, float, float]) -> Element:
+    """The parameter u at the end is where the curve is as long as the element says; the curve is never shorter than u."""
+    length = frame[3]
+    whole = _usable(node, place, Cubic(*frame, (0.0, 1.0, 0.0, 0.0), v, length, "arc"))
+    end = length
+    for _ in range(30):
+        made = Cubic(*frame, (0.0, 1.0, 0.0, 0.0), v, end, "arc")
+        slope = np.hypot(1.0, v[1] + (2.0 * v[2] + 3.0 * v[3] * end) * end)
+        end = min(max(end - (made.true_length - length) / slope, 0.0), length)
+    return whole if end <= 0.0 else Cubic(*frame, (0.0, 1.0, 0.0, 0.0), v, end, "arc")
+
+
+def _usable(node: Node, place: Place, element: Cubic) -> Cubic:
+    """A cubic that moves on everywhere and is about as long as it says. (Plain Python: files hold thousands.)"""
+    slowest, sharpest, way = float("inf"), 0.0, 0.0
+    (_, bu, cu, du), (_, bv, cv, dv) = element.u, element.v
+    for k in range(17):
+        p = element.end * k / 16.0
+        ru, rv = bu + (2.0 * cu + 3.0 * du * p) * p, bv + (2.0 * cv + 3.0 * dv * p) * p
+        speed = (ru * ru + rv * rv) ** 0.5
+        slowest = min(slowest, speed)
+        sharpest = max(sharpest, abs(ru * (2.0 * cv + 6.0 * dv * p) - rv * (2.0 * cu + 6.0 * du * p)) / max(speed, 1e-9) ** 3)
+        way += speed * element.end / 16.0 * (0.5 if k in (0, 16) else 1.0)
+    if not slowest * element.end > 1e-2 * element.length:
+        raise place.error(node, "cubic stands still or turns back, expected a curve that moves on along the road")
+    if not 0.5 < way / element.length < 2.0:
+        raise place.error(node, f"cubic is about {way:.3f} m long, expected its length {element.length:.3f} m")
+    if not sharpest < 10.0:
+        raise place.error(node, f"cubic bends with {sharpest:.3g} 1/m, expected a radius of at least 0.1 m")
+    return element
+
+
+def _cubics(nodes: list[Node], place: Place, key: str, shift: float = 0.0) -> Cubics:
+    if not nodes:
+        return NOTHING
+    starts: list[float] = []
+    rows: list[tuple[float, ...]] = []
+    keys = (key, "a", "b", "c", "d")
+    for node in nodes:
+        start, *row = place.numbers(node, keys)
+        start = 0.0 if abs(start) < 1e-6 else start
+        if starts and start + shift < starts[-1]:
+            raise place.error(node, f"{key} goes back by {starts[-1] - start - shift:g} m, expected increasing stations")
+        if starts and start + shift == starts[-1]:
+            # of several records at one station the last one counts
+            starts.pop()
+            rows.pop()
+        starts.append(start + shift)
+        rows.append(tuple(row))
+    return Cubics(tuple(starts), tuple(rows))
+
+
+def _sections(node: Node, nodes: list[Node], place: Place, findings: Findings, length: float, *, left_hand: bool) -> tuple[SectionRecord, ...]:
+    if not nodes:
+        raise place.error(node, f"id {node.get('id')!r} has no laneSection, expected at least one")
+    starts = [place.number(section, "s") for section in nodes]
+    if abs(starts[0]) > MEET:
+        findings.warn(place.at(nodes[0]), f"first laneSection starts at s = {starts[0]:g} m, expected 0; its lanes are taken from 0 on")
+    starts[0] = 0.0
+    found = []
+    for section, start, end in zip(nodes, starts, [*starts[1:], length], strict=True):
+        if end < start - MEET:
+            raise place.error(section, f"starts at s = {start:g} m, expected before {end:g} m, where the next one or the road's end is")
+        if end - start < SHORTEST:
+            findings.warn(place.at(section), f"laneSection of length {end - start:g} m is skipped")
+            continue
+        parts = children(section)
+        left, right = (_side(only(parts, side), place, findings, start, sign, left_hand) for side, sign in (("left", 1), ("right", -1)))
+        found.append(SectionRecord(start, end, left, right))
+    return tuple(found)
+
+
+def _side(node: Node | None, place: Place, findings: Findings, start: float, sign: int, left_hand: bool) -> tuple[LaneRecord, ...]:
+    if node is None:
+        return ()
+    nodes = children(node).get("lane", [])
+    # lanes beyond the outermost drivable one move no border that matters: pavements, kerbs and verges are left unread
+    last = max((k for k, lane in enumerate(_by_distance(nodes, sign)) if lane.get("type") in DRIVABLE), default=-1)
+    lanes: dict[int, LaneRecord] = {}
+    for lane in _by_distance(nodes, sign)[: last + 1]:
+        record = _lane(lane, place, findings, start, sign, left_hand)
+        if record.id in lanes:
+            raise place.error(lane, f"id {record.id} is used twice in its section, expected each once")
+        lanes[record.id] = record
+    ordered = [lanes.get(sign * number) for number in range(1, len(lanes) + 1)]
+    if None in ordered or len(lanes) > MOST_LANES:
+        expected = f"{sign} to {sign * len(lanes)}"
+        raise place.error(node, f"has lanes {', '.join(map(str, sorted(lanes)))[:80]}, expected {expected} without gaps and at most {MOST_LANES}")
+    return tuple(record for record in ordered if record is not None)
+
+
+def _by_distance(nodes: list[Node], sign: int) -> list[Node]:
+    """Lanes from the middle outwards; the left ones stand in files the other way round."""
+    if len(nodes) < 2:
+        return nodes
+    try:
+        return sorted(nodes, key=lambda lane: sign * int(lane.get("id", "")))
+    except ValueError:
+        return nodes
+
+
+def _lane(node: Node, place: Place, findings: Findings, start: float, sign: int, left_hand: bool) -> LaneRecord:
+    word = place.word(node, "id")
+    try:
+        number = int(word)
+    except ValueError:
+        number = 0
+    if number * sign <= 0 or len(word) > 9:
+        raise place.error(node, f"id is {word[:20]!r}, expected a {'positive' if sign > 0 else 'negative'} whole number on this side")
+    kind = node.get("type", "none")
+    direction = -sign if not left_hand else sign
+    if node.get("direction") == "reversed":
+        direction = -direction
+    elif node.get("direction") == "both" or kind == "bidirectional":
+        direction = 0
+    parts = children(node)
+    widths, borders = parts.get("width", []), parts.get("border", [])
+    if kind in DRIVABLE and not widths and not borders:
+        findings.warn(place.at(node), f"lane {number} has neither width nor border, width 0 assumed")
+    speeds = [(start + place.number(speed, "sOffset", 0.0), _speed(speed, place, findings)) for speed in parts.get("speed", [])]
+    ends = [(end.tag, int(place.number(end, "id"))) for link in parts.get("link", []) for end in link]
+    return LaneRecord(
+        number,
+        kind,
+        direction,
+        _cubics(widths, place, "sOffset", start) if widths or not borders else None,
+        _cubics(borders, place, "sOffset", start) if borders and not widths else None,
+        tuple(lane for tag, lane in ends if tag == "predecessor"),
+        tuple(lane for tag, lane in ends if tag == "successor"),
+        tuple(sorted(speeds)),
+        place.at(node),
+    )
+
+
+def _speed(node: Node, place: Place, findings: Findings) -> float:
+    word, unit = node.get("max", ""), node.get("unit", "")
+    if word in NO_LIMIT:
+        return np.inf
+    if unit not in UNITS:
+        raise place.error(node, f"unit is {unit!r}, expected m/s, km/h or mph")
+    value = place.float(node, "max", word) * UNITS[unit]
+    if value <= 0.0:
+        # writers put 0 where they know no limit; a limit of 0 would close the road
+        findings.warn(place.at(node), f"speed limit of {word} {unit or 'm/s'} is taken as none, expected more than 0")
+        return np.inf
+    return value
+
+
+def _connections(node: Node, place: Place, findings: Findings) -> tuple[Connection, ...]:
+    if node.get("type") == "virtual":
+        findings.note(place.at(node), "virtual junctions are not read: the main road goes on, nobody turns off")
+        return ()
+    found = []
+    for connection in node.findall("connection"):
+        other = connection.get("connectingRoad") or connection.get("linkedRoad")
+        contact = connection.get("contactPoint", "start")
+        if not other or contact not in ("start", "end"):
+            raise place.error(connection, f"connectingRoad is {other!r} at contactPoint {contact!r}, expected a road's id at start or end")
+        lanes = tuple((int(place.number(link, "from")), int(place.number(link, "to"))) for link in connection.findall("laneLink"))
+        found.append(Connection(place.word(connection, "incomingRoad"), other, contact, lanes))
+    return tuple(found)

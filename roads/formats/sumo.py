@@ -1,0 +1,101 @@
+"""SUMO road networks (.net.xml): lanes by their centre line and width, connections through junctions."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import RoadError
+from ..findings import Findings
+from .lanelets import Lanelet, network_of, offset_polyline
+from .xml import Place, parse
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from ..network import Network
+    from .xml import Node
+
+    Floats = NDArray[np.float64]
+
+#: Width of a lane that states none, m (SUMO's own default).
+WIDTH = 3.2
+#: Edges that are not for driving.
+WALKING = {"crossing", "walkingarea", "connector"}
+
+
+def read_network(path: Path) -> Network:
+    """Read a SUMO network; a lane's id is SUMO's (`edge_index`), lanes side by side are those of one edge.
+
+    Raises:
+        RoadError: not a SUMO network, or no usable lane.
+    """
+    root = parse(path, "net")
+    place, findings = Place(path), Findings()
+    lanes: dict[str, Lanelet] = {}
+    for edge in root.findall("edge"):
+        if edge.get("function") in WALKING:
+            findings.note(place.at(edge), "pedestrian edges are left out")
+            continue
+        try:
+            lanes.update(_lanes(edge, place, findings))
+        except RoadError as error:
+            findings.error(error)
+    for connection in root.findall("connection"):
+        begin = f"{connection.get('from')}_{connection.get('fromLane')}"
+        end = connection.get("via") or f"{connection.get('to')}_{connection.get('toLane')}"
+        if begin in lanes and end in lanes:
+            lanes[begin].successors.append(end)
+    location = root.find("location")
+    projection = "" if location is None else location.get("projParameter", "")
+    left_hand = root.get("lefthand", "false") in ("true", "1")
+    return network_of(
+        path, f"SUMO {root.get('version', '')}".strip(), lanes, findings, left_hand=left_hand, geographic="" if projection == "!" else projection
+    )
+
+
+def _lanes(edge: Node, place: Place, findings: Findings) -> dict[str, Lanelet]:
+    nodes = edge.findall("lane")
+    made: list[Lanelet] = []
+    for node in nodes:
+        identity = place.word(node, "id")
+        if not _for_cars(node):
+            findings.note(place.at(node), "lanes that passenger cars may not use are left out")
+            continue
+        width = place.number(node, "width", WIDTH)
+        if not 0.5 < width < 100.0:
+            raise place.error(node, f"width is {width:g} m, expected 0.5 to 100 m")
+        line = _shape(node, place)
+        speed = place.number(node, "speed", np.inf) if node.get("speed") is not None else np.inf
+        if speed <= 0.0:
+            raise place.error(node, f"speed is {speed:g} m/s, expected more than 0")
+        made.append(Lanelet(identity, offset_polyline(line, 0.5 * width), offset_polyline(line, -0.5 * width), place.at(node), limit=speed))
+    # SUMO counts lanes from the right where traffic keeps right
+    for right, left in pairwise(made):
+        right.beside_left, left.beside_right = (left.id, True), (right.id, True)
+    return {lane.id: lane for lane in made}
+
+
+def _for_cars(node: Node) -> bool:
+    allow, disallow = (node.get(key, "").split() for key in ("allow", "disallow"))
+    if allow:
+        return "passenger" in allow or "all" in allow
+    return not ("passenger" in disallow or "all" in disallow)
+
+
+def _shape(node: Node, place: Place) -> Floats:
+    points = []
+    for word in place.word(node, "shape").split():
+        values = [place.float(node, "shape", part) for part in word.split(",")]
+        if len(values) not in (2, 3):
+            raise place.error(node, f"shape has a point of {len(values)} numbers, expected x,y or x,y,z")
+        points.append([*values, 0.0][:3])
+    line = np.array(points)
+    line = line[np.append(True, np.hypot(*np.diff(line[:, :2], axis=0).T) > 1e-3)]
+    if len(line) < 2:
+        raise place.error(node, "shape has fewer than 2 different points")
+    return line

@@ -1,0 +1,136 @@
+"""Tables of numbers in text files: header, delimiter, keys, and errors by line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import RoadError
+from .text import read_text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+#: No coordinate, width, height or limit on Earth is larger in m or m/s.
+LARGEST = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A text table.
+
+    Attributes:
+        path: its file.
+        keys: `# key: value` lines.
+        names: column names in lower case; empty where the file has no header.
+        rows: (n, k) values.
+        lines: (n,) line number of each row.
+        header: line number of the header, 1 where there is none.
+    """
+
+    path: Path
+    keys: dict[str, str]
+    names: list[str]
+    rows: Floats
+    lines: list[int]
+    header: int = 1
+
+    def at(self, row: int) -> str:
+        """`file:line` of a row."""
+        return f"{self.path}:{self.lines[row]}"
+
+
+def read_table(path: Path) -> Table:
+    """Read a table with commas, semicolons, tabs or blanks between its columns, `# key: value` lines and perhaps a header above it.
+
+    Raises:
+        RoadError: not text, no rows, rows of different lengths, words that are not finite numbers.
+    """
+    keys: dict[str, str] = {}
+    header: tuple[int, list[str], bool] | None = None
+    bodies: list[str] = []
+    lines: list[int] = []
+    for number, raw in enumerate(read_text(path).splitlines(), 1):
+        line = raw.strip()
+        if not line:
+            continue
+        if line[0] == "#":
+            body = line.lstrip("# ")
+            key, colon, value = body.partition(":")
+            if colon and key.strip().isidentifier():
+                keys.setdefault(key.strip().lower(), value.strip())
+            elif not bodies and _is_header(words := _words(body, _delimiter(body))):
+                header = number, words, True
+        elif not bodies and header is None and _is_header(words := _words(line, _delimiter(line))):
+            header = number, words, False
+        else:
+            bodies.append(line)
+            lines.append(number)
+    if not bodies:
+        raise RoadError(f"{path}: no data, expected rows of numbers")
+    delimiter = _delimiter(bodies[0])
+    count = len(_words(bodies[0], delimiter))
+    names: list[str] = []
+    if header is not None and len(header[1]) == count:
+        names = [word.lower() for word in header[1]]
+    elif header is not None and not header[2]:
+        raise RoadError(f"{path}:{lines[0]}: {count} columns, expected {len(header[1])} as in line {header[0]} ({shown(header[1])})")
+    return Table(path, keys, names, _numbers(path, bodies, lines, delimiter, names, count), lines, header[0] if header else 1)
+
+
+def shown(words: list[str]) -> str:
+    """Words for a message: printable, and not too many."""
+    text = ", ".join(word.encode("unicode_escape").decode("ascii") for word in words[:12])
+    return (text if len(text) <= 200 else text[:197] + "...") + (f", ... ({len(words)} in all)" if len(words) > 12 else "")
+
+
+def _delimiter(body: str) -> str | None:
+    return next((mark for mark in (";", ",", "\t") if mark in body), None)
+
+
+def _words(body: str, delimiter: str | None) -> list[str]:
+    return [word.strip().strip('"') for word in body.split(delimiter)]
+
+
+def _is_header(words: list[str]) -> bool:
+    """Two or more names, no numbers among them."""
+    return len(words) > 1 and all(word[:1].isalpha() and not _number(word) for word in words)
+
+
+def _number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _numbers(path: Path, bodies: list[str], lines: list[int], delimiter: str | None, names: list[str], count: int) -> Floats:
+    split = [body.split(delimiter) for body in bodies]
+    try:
+        rows = np.array(split, dtype=np.float64)
+        if rows.ndim == 2 and np.all(np.abs(rows) < LARGEST) and all(body.isascii() and "_" not in body for body in bodies):
+            return rows
+    except ValueError:
+        pass
+    # something is wrong: find it, word by word
+    return np.array([_row(path, number, _words(body, delimiter), names, count) for number, body in zip(lines, bodies, strict=True)])
+
+
+def _row(path: Path, number: int, words: list[str], names: list[str], count: int) -> list[float]:
+    if len(words) != count:
+        raise RoadError(f"{path}:{number}: {len(words)} columns, expected {count}{' (' + shown(names) + ')' if names else ''}")
+    values = []
+    for k, word in enumerate(words):
+        value = float(word) if _number(word) and word.isascii() and "_" not in word else float("nan")
+        if not abs(value) < LARGEST:
+            label = shown([names[k]]) if names else f"column {k + 1}"
+            raise RoadError(f"{path}:{number}: {label} is {word[:40]!r}, expected a finite number below {LARGEST:g}")
+        values.append(value)
+    return values

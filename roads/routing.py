@@ -1,0 +1,267 @@
+"""The cheapest way through a network's lanes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from .errors import RoadError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .network import Link, Network
+
+    Floats = NDArray[np.float64]
+
+Place = str | tuple[float, float]
+Cost = Literal["length", "time"] | Callable[["Floats", "Floats", "Floats"], float]
+
+#: A change of lane costs as much as this share of an average link, and at least this way, m; it keeps routes from weaving.
+CHANGE_WAY = 20.0
+#: Stretches shorter than this are no place to change lanes, m.
+SHORT = 15.0
+#: Speed where no limit is posted, m/s.
+UNPOSTED = 50.0 / 3.6
+#: A position may be this far from the middle of the nearest lane, m.
+FAR = 50.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """A stretch of one link: from `start` to `end` (m along it), and whether the next step is a neighbour of the same cross-section."""
+
+    link: Link
+    start: float
+    end: float
+
+
+def find_route(network: Network, start: Place, goal: Place, cost: Cost) -> list[list[Step]]:
+    """The steps from `start` to `goal`, those within one cross-section together in one list (the lanes that are changed along it).
+
+    Raises:
+        RoadError: no such place, no way, or a cost that can be earned without end by going round.
+    """
+    begin, finish = _options(network, start, 0.0), _options(network, goal, 1.0)
+    best: tuple[float, list[list[Step]]] | None = None
+    ids = list(network.links)
+    row = {name: k for k, name in enumerate(ids)}
+    price = _prices(network, ids, cost)
+    distances, before = _shortest(network, ids, row, price, [row[name] for name, _ in begin], [share for _, share in begin])
+    for k, (name, share) in enumerate(begin):
+        for last, until in finish:
+            found = _way(network, ids, row, price, (name, share), (last, until), distances[k], before[k])
+            if found is not None and (best is None or found[0] < best[0]):
+                best = found
+    if best is None:
+        raise RoadError(f"{network.path}: no way from {_shown(start)} to {_shown(goal)} along the lanes' directions")
+    return best[1]
+
+
+def nearest_link(network: Network, x: float, y: float) -> tuple[str, float, float]:
+    """See `Network.nearest`."""
+    from scipy.spatial import cKDTree
+
+    if not (np.isfinite(x) and np.isfinite(y)):
+        raise RoadError(f"{network.path}: position ({x}, {y}), expected finite numbers")
+    cached = getattr(network, "_nearest", None)
+    if cached is None:
+        points, owners = [], []
+        for name, link in network.links.items():
+            try:
+                s = np.linspace(0.0, link.length, max(int(link.length / 1.0), 1) + 1)
+            except RoadError:
+                continue
+            points.append(np.column_stack([np.interp(s, link.stations, link.centre[:, axis]) for axis in (0, 1)] + [s]))
+            owners += [name] * len(s)
+        if not points:
+            raise RoadError(f"{network.path}: no usable lane")
+        table = np.concatenate(points)
+        cached = cKDTree(table[:, :2]), table[:, 2], owners
+        network._nearest = cached  # pyright: ignore[reportAttributeAccessIssue]
+    tree, along, owners = cached
+    _, at = tree.query([x, y])
+    link = network.links[owners[int(at)]]
+    s, distance = _foot(link, float(along[int(at)]), np.array([x, y]))
+    return link.id, s, distance
+
+
+def _foot(link: Link, about: float, point: Floats) -> tuple[float, float]:
+    """The foot of `point` on the centre line near `about` (m)."""
+    line, s = link.centre[:, :2], link.stations
+    low = max(int(np.searchsorted(s, about - 2.0)) - 1, 0)
+    high = min(int(np.searchsorted(s, about + 2.0)) + 1, len(s) - 1)
+    a, move = line[low:high], np.diff(line[low : high + 1], axis=0)
+    share = np.clip(np.sum((point - a) * move, axis=1) / np.maximum(np.sum(move**2, axis=1), 1e-12), 0.0, 1.0)
+    distance = np.hypot(*(a + share[:, None] * move - point).T)
+    best = int(np.argmin(distance))
+    return float(s[low + best] + share[best] * (s[low + best + 1] - s[low + best])), float(distance[best])
+
+
+def _options(network: Network, place: Place, share: float) -> list[tuple[str, float]]:
+    """Links that `place` may mean, each with a share of its length: lanes side by side where it names a position or a road."""
+    if not isinstance(place, str):
+        name, s, distance = network.nearest(*place)
+        if distance > FAR:
+            raise RoadError(
+                f"{network.path}: ({place[0]:.1f}, {place[1]:.1f}) is {distance:.0f} m from the nearest lane {name}, expected at most {FAR:.0f} m"
+            )
+        return [(name, s / network.links[name].length)]
+    if place in network.links:
+        return [(place, share)]
+    if place not in network.lengths:
+        raise RoadError(f"{network.path}: no road or lane {place!r}, expected an id such as {', '.join(list(network.lengths)[:6])} or a position x,y")
+    own = [link for link in network.links.values() if link.road == place]
+    names = {link.id for link in own}
+    if share == 0.0:
+        entered = {name for link in own for name in link.successors}
+        found = [link for link in own if link.id not in entered] or own
+    else:
+        found = [link for link in own if not names & set(link.successors)] or own
+    if not found:
+        raise RoadError(f"{network.path}: road {place} has no drivable lane")
+    return [(link.id, share) for link in found]
+
+
+def _prices(network: Network, ids: list[str], cost: Cost) -> Floats:
+    if not callable(cost) and cost not in ("length", "time"):
+        raise RoadError(f"cost {cost!r} is unknown, expected length, time or a function")
+    found = np.full(len(ids), np.inf)
+    for k, name in enumerate(ids):
+        link = network.links[name]
+        try:
+            s, height = link.stations, link.centre[:, 2]
+        except RoadError:
+            continue
+        limit = link.limit_at(s)
+        if callable(cost):
+            found[k] = cost(s, height, limit)
+        elif cost == "length":
+            found[k] = s[-1]
+        else:
+            found[k] = float(np.sum(np.diff(s) / np.where(np.isfinite(limit[:-1]), limit[:-1], UNPOSTED)))
+        if np.isnan(found[k]):
+            raise RoadError(f"cost of lane {name} is not a number")
+    return found
+
+
+def _edges(network: Network, row: dict[str, int], price: Floats) -> tuple[list[int], list[int], list[float]]:
+    finite = price[np.isfinite(price)]
+    total = float(sum(link.length for k, link in enumerate(network.links.values()) if np.isfinite(price[k])))
+    change = CHANGE_WAY * float(np.sum(np.abs(finite))) / max(total, 1e-9)
+    begins, ends, weights = [], [], []
+    for name, link in network.links.items():
+        k = row[name]
+        if not np.isfinite(price[k]):
+            continue
+        for after in link.successors:
+            if np.isfinite(price[row[after]]):
+                begins.append(k)
+                ends.append(row[after])
+                weights.append(float(price[k]))
+        for beside in (link.left, link.right):
+            if beside is not None and np.isfinite(price[row[beside]]):
+                begins.append(k)
+                ends.append(row[beside])
+                weights.append(change * (1.0 if link.length > SHORT else 50.0))
+    return begins, ends, weights
+
+
+def _shortest(
+    network: Network, ids: list[str], row: dict[str, int], price: Floats, sources: list[int], shares: list[float]
+) -> tuple[Floats, NDArray[np.int32]]:
+    """Least cost from the beginning of each source link to the beginning of every link, and the link before it on that way."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import NegativeCycleError, bellman_ford, dijkstra
+
+    begins, ends, weights = _edges(network, row, price)
+    least: dict[tuple[int, int], float] = {}
+    for begin, end, weight in zip(begins, ends, weights, strict=True):
+        # csgraph takes a zero for no edge
+        least[begin, end] = min(weight if weight != 0.0 else 1e-12, least.get((begin, end), np.inf))
+    keys = np.array(list(least), dtype=np.intp).reshape(-1, 2)
+    values = np.array(list(least.values()))
+    graph = csr_array((values, (keys[:, 0], keys[:, 1])), shape=(len(ids), len(ids)))
+    solve = bellman_ford if np.any(values < 0.0) else dijkstra
+    try:
+        distances, before = solve(graph, indices=sources, return_predecessors=True)
+    except NegativeCycleError:
+        raise RoadError(f"{network.path}: the cost falls without end on a way round, expected a cost that going round does not lower") from None
+    return distances, before
+
+
+def _way(
+    network: Network,
+    ids: list[str],
+    row: dict[str, int],
+    price: Floats,
+    begin: tuple[str, float],
+    finish: tuple[str, float],
+    distances: Floats,
+    before: NDArray[np.int32],
+) -> tuple[float, list[list[Step]]] | None:
+    (first, share), (last, until) = begin, finish
+    start_link, goal_link = network.links[first], network.links[last]
+    side_by_side = last == first or (last in start_link.beside and not goal_link.against[goal_link.beside.index(first)])
+    if side_by_side and share < until:
+        chain = _across(network, first, last)
+        if chain is not None:
+            cost = float(price[row[first]]) * (until - share) + CHANGE_WAY * (len(chain) - 1)
+            return cost, [[_step(network.links[name], share, until) for name in chain]]
+    target = row[last]
+    chain_rows = [target]
+    way = float(distances[target])
+    if last in start_link.beside:
+        # the goal lies behind or level on the same stretch: the way leads round and enters the stretch anew
+        entries = [
+            row[name] for name, link in network.links.items() if last in link.successors and np.isfinite(distances[row[name]] + price[row[name]])
+        ]
+        if not entries:
+            return None
+        entry = min(entries, key=lambda k: distances[k] + price[k])
+        chain_rows.append(entry)
+        way = float(distances[entry] + price[entry])
+    if not np.isfinite(way):
+        return None
+    while before[chain_rows[-1]] >= 0:
+        chain_rows.append(int(before[chain_rows[-1]]))
+    names = [ids[k] for k in reversed(chain_rows)]
+    groups: list[list[str]] = [[names[0]]]
+    for name, after in pairwise(names):
+        link = network.links[name]
+        if after in (link.left, link.right) and after not in link.successors:
+            groups[-1].append(after)
+        else:
+            groups.append([after])
+    cost = way - share * float(price[row[first]]) + until * float(price[target])
+    steps = []
+    for k, group in enumerate(groups):
+        low, high = share if k == 0 else 0.0, until if k == len(groups) - 1 else 1.0
+        steps.append([_step(network.links[name], low, high) for name in group])
+    return cost, steps
+
+
+def _across(network: Network, first: str, last: str) -> list[str] | None:
+    """Neighbours from `first` to `last`, both included."""
+    for side in ("left", "right"):
+        chain = [first]
+        while chain[-1] != last:
+            after = getattr(network.links[chain[-1]], side)
+            if after is None or after in chain:
+                break
+            chain.append(after)
+        if chain[-1] == last:
+            return chain
+    return None
+
+
+def _step(link: Link, low: float, high: float) -> Step:
+    return Step(link, low * link.length, high * link.length)
+
+
+def _shown(place: Place) -> str:
+    return place if isinstance(place, str) else f"({place[0]:.1f}, {place[1]:.1f})"
