@@ -139,6 +139,12 @@ class RoadBuilder:
             plan_view=self.elements(),
         )
 
+    def end(self) -> tuple[tuple[float, float], float]:
+        """Place (x, y) in m and heading in rad where the elements so far end."""
+        last = self.elements()[-1]
+        (place,), (heading,) = last.at(np.array([last.length]))
+        return (float(place[0]), float(place[1])), float(heading)
+
     def elements(self) -> tuple[Clothoid, ...]:
         """What the reference has been drawn with so far."""
         found, (x, y), heading = [], self._start, self._heading

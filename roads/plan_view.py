@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -86,6 +86,10 @@ class Cubic:
     def curvature(self, s: Floats) -> Floats:
         """Curvature (n,) in 1/m."""
         return _Cubics([self]).curvature(np.zeros(len(s), dtype=np.intp), s)
+
+    def by_arc_length(self) -> Cubic:
+        """The same curve with stations that count its own length."""
+        return replace(self, length=self.true_length, speed="arc")
 
     @property
     def true_length(self) -> float:

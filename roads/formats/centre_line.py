@@ -167,13 +167,14 @@ def _own(path: Path, name: str, lines: dict[str, Floats], properties: dict[str, 
         if isinstance(limits, list) and len(limits) == len(s) and all(v is None or (isinstance(v, int | float) and v > 0) for v in limits):
             limit = np.array([np.inf if value is None else float(value) for value in limits])
         edges = read_only(right), read_only(left)
-        lanes = _lanes(properties.get("lanes"), s) or (Lane(1, *edges),)
+        lanes = _lanes(properties.get("lanes"), s, edges) or (Lane(1, *edges),)
         return Road(name, reference, read_only(s), *edges, read_only(middle[:, 2]), read_only(limit), lanes, origin=origin)
     except RoadError as error:
         raise RoadError(f"{path}: {error}") from None
 
 
-def _lanes(given: Any, s: Floats) -> tuple[Any, ...]:
+def _lanes(given: Any, s: Floats, edges: tuple[Floats, Floats]) -> tuple[Any, ...]:
+    """Lanes by their offsets; what rounding puts beyond an edge goes back to it."""
     from ..curve import read_only
     from ..road import Lane
 
@@ -187,8 +188,13 @@ def _lanes(given: Any, s: Floats) -> tuple[Any, ...]:
             raise RoadError("lane without right and left offsets, expected lists of numbers") from None
         if len(right) != len(s) or len(left) != len(s):
             raise RoadError(f"lane with {len(right)} and {len(left)} offsets, expected {len(s)}")
+        right, left = (np.where(_near(side, edges), np.clip(side, *edges), side) for side in (right, left))
         found.append(Lane(int(lane["direction"]), read_only(right), read_only(left), str(lane.get("kind", "driving")), str(lane.get("name", ""))))
     return tuple(found)
+
+
+def _near(side: Floats, edges: tuple[Floats, Floats]) -> NDArray[np.bool_]:
+    return (side > edges[0] - 1e-3) & (side < edges[1] + 1e-3)
 
 
 def write_geojson(road: Road, path: Path) -> None:
@@ -202,8 +208,8 @@ def write_geojson(road: Road, path: Path) -> None:
     features = []
     for role, line in lines.items():
         plane = line if road.origin is None else to_degrees(line, road.origin)
-        digits = 6 if road.origin is None else 11
-        rows = [[round(x, digits), round(y, digits), round(z, 6)] for (x, y), z in zip(plane.tolist(), road.height.tolist(), strict=True)]
+        digits = 9 if road.origin is None else 14
+        rows = [[round(x, digits), round(y, digits), round(z, 9)] for (x, y), z in zip(plane.tolist(), road.height.tolist(), strict=True)]
         properties: dict[str, Any] = {"role": role, "name": road.name, "closed": road.closed}
         if role == "reference":
             properties |= {
@@ -222,4 +228,4 @@ def write_geojson(road: Road, path: Path) -> None:
 
 
 def _listed(values: Floats) -> list[float | None]:
-    return [round(value, 6) if np.isfinite(value) else None for value in values.tolist()]
+    return [round(value, 9) if np.isfinite(value) else None for value in values.tolist()]

@@ -98,19 +98,22 @@ def write(road: Road, path: Path) -> None:
     """
     lanes = []
     for lane in road.lanes:
-        if np.ptp(lane.right) > 1e-9 or np.ptp(lane.left) > 1e-9:
+        if not (np.ptp(lane.right) < 1e-9 and np.ptp(lane.left) < 1e-9 and lane.right[0] < lane.left[0]):
             if len(road.lanes) == 1:
                 break
-            raise RoadError(f"{path}: track CSV holds lanes of constant width only, {road.name} has others")
-        lanes.append(f"{'forward' if lane.direction > 0 else 'backward'} {lane.right[0]:g} {lane.left[0]:g}")
+            raise RoadError(
+                f"{path}: track CSV holds lanes of constant width from start to end only, {road.name} has others; write .xodr or .geojson"
+            )
+        lanes.append(f"{'forward' if lane.direction > 0 else 'backward'} {_plain(lane.right[0])} {_plain(lane.left[0])}")
     points = road.reference.position(road.s)
     columns = [*REQUIRED, "z_m"]
     values = [points, -road.right, road.left, road.height]
     for name, data, wanted in (
-        ("speed_limit_mps", road.speed_limit, bool(np.all(np.isfinite(road.speed_limit)))),
+        ("speed_limit_mps", road.speed_limit, bool(np.any(np.isfinite(road.speed_limit)))),
         ("bank_rad", road.bank, bool(np.any(road.bank))),
         ("friction", road.friction, bool(np.any(road.friction != 1.0))),
     ):
+        # where no limit is posted the column says inf
         if wanted:
             columns.append(name)
             values.append(data)
@@ -121,8 +124,8 @@ def write(road: Road, path: Path) -> None:
 
 
 def _plain(value: float) -> str:
-    """Micrometre resolution without trailing zeros."""
-    text = f"{value:.6f}".rstrip("0").rstrip(".")
+    """Nanometre resolution without trailing zeros: points may lie a centimetre apart, and a spline shows what rounding does to them."""
+    text = f"{value:.9f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
 

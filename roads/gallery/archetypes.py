@@ -1,6 +1,6 @@
-"""The three archetypes of everyday driving, and how they are made.
+"""The shipped roads, and how they are made: three archetypes of everyday driving, a handling course, a network with a roundabout.
 
-They stand in for the three roads of the energy manager's published experiments (E2, E3, E4; section 3.7 of the source), whose data were never
+The archetypes stand in for the three roads of the energy manager's published experiments (E2, E3, E4; section 3.7 of the source), whose data were never
 published: same length, same features, two lanes of 3.5 m. `python -m roads.gallery.archetypes` writes them anew.
 """
 
@@ -12,6 +12,8 @@ import numpy as np
 
 from ..builder import RoadBuilder
 from ..formats import write
+from ..network_builder import NetworkBuilder, bridging
+from ..plan_view import Clothoid
 from .shelf import SHELF
 
 if TYPE_CHECKING:
@@ -74,10 +76,58 @@ def descent() -> Road:
     return road.straight(3000.0 - road.length).build(height=falls)
 
 
-ARCHETYPES = (commute, rural, descent)
+def handling() -> Road:
+    """A closed course of one lane, 7 m wide, driven counter-clockwise: a hairpin, a chicane, a sweep; two straights are as long as closing needs."""
+
+    def course(first: float, second: float) -> RoadBuilder:
+        road = RoadBuilder("handling").straight(first).bend(30, np.radians(90), 15)
+        road.straight(second).bend(12, np.radians(180), 10).straight(30)
+        road.bend(25, -np.radians(110), 12).straight(20).bend(25, np.radians(70), 12).bend(40, -np.radians(60), 15)
+        road.straight(60).bend(60, np.radians(100), 25)
+        return road.straight(40).bend(35, np.radians(90), 15)
+
+    # the end moves along with the straights' directions, +x and +y
+    gap = course(200.0, 200.0).end()[0]
+    return course(200.0 - gap[0], 200.0 - gap[1]).build(lanes=((1, -3.5, 3.5),), closed=True)
+
+
+def roundabout() -> NetworkBuilder:
+    """Four roads of two lanes that meet at a roundabout of one lane, 16 m in radius: ids `north`, `south`, `east`, `west`."""
+    town = NetworkBuilder("roundabout")
+    inner, out, half = 14.0, 40.0, np.radians(25)
+    arms = {"east": 0.0, "north": 0.5 * np.pi, "west": np.pi, "south": 1.5 * np.pi}
+    bends = {"east": np.radians(30), "north": -np.radians(25), "west": np.radians(20), "south": -np.radians(35)}
+    names = list(arms)
+
+    def on_ring(angle: float) -> tuple[float, float, float]:
+        return inner * float(np.cos(angle)), inner * float(np.sin(angle)), float(angle + 0.5 * np.pi)
+
+    def arc(start: float, end: float) -> Clothoid:
+        return Clothoid(*on_ring(start), inner * (end - start), 1.0 / inner, 1.0 / inner)
+
+    for name, angle in arms.items():
+        at = (out * float(np.cos(angle)), out * float(np.sin(angle)))
+        arm = RoadBuilder(name, at, float(angle)).straight(120).bend(80, bends[name], 20).straight(100)
+        town.road(name, arm.elements(), limit=50 * KMH)
+        town.road(f"ring after {name}", [arc(angle + half, angle + 0.5 * np.pi - half)], right=[(4.5, 4.5)], left=[], limit=30 * KMH)
+        town.road(f"ring past {name}", [arc(angle - half, angle + half)], right=[(4.5, 4.5)], left=[], limit=30 * KMH, junction=name)
+        entry = bridging((*at, float(angle + np.pi)), on_ring(angle + half))
+        town.road(f"{name} in", [entry], right=[(3.5, 4.5)], left=[], limit=30 * KMH, junction=name)
+        leave = bridging(on_ring(angle - half), (*at, float(angle)))
+        town.road(f"{name} out", [leave], right=[(4.5, 3.5)], left=[], limit=30 * KMH, junction=name)
+    for k, name in enumerate(names):
+        before, after, arm = (f"ring after {names[k - 1]}", "end"), (f"ring after {name}", "start"), (name, "start")
+        for end in (before, after, arm):
+            town.enters(name, end)
+        town.connect(name, before, f"ring past {name}", after, (-1, -1, -1))
+        town.connect(name, arm, f"{name} in", after, (1, -1, -1))
+        town.connect(name, before, f"{name} out", arm, (-1, -1, -1))
+    return town
+
 
 if __name__ == "__main__":
-    for make in ARCHETYPES:
+    for make in (commute, rural, descent, handling):
         made = make()
-        write(made, SHELF / f"{made.name}.csv")
+        write(made, SHELF / f"{made.name}.xodr")
         print(f"{made.name}: {made.length:.1f} m")
+    roundabout().write(SHELF / "roundabout.xodr")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..errors import RoadError
 from ..formats import read
@@ -17,19 +17,28 @@ SHELF = Path(__file__).parent
 
 
 def shipped() -> list[str]:
-    """Names of the roads that ship with the package."""
-    return sorted(path.stem for path in SHELF.glob("*.csv"))
+    """Names of the roads and networks that ship with the package."""
+    return sorted(path.stem for path in SHELF.glob("*.xodr"))
 
 
-def open_road(name_or_path: str | PathLike[str], *, closed: bool | None = None) -> Road:
-    """The shipped road of that name, or the road file at that path.
+def find(name_or_path: str | PathLike[str]) -> Path:
+    """The file of the shipped road of that name, or that path.
 
     Raises:
-        RoadError: neither a shipped road nor a readable road file.
+        RoadError: neither a shipped road nor a file.
     """
     path = Path(name_or_path)
     if path.suffix == "" and not path.is_file():
         if str(name_or_path) not in shipped():
             raise RoadError(f"{name_or_path}: no such file and no shipped road, expected a road file or one of {', '.join(shipped())}")
-        path = SHELF / f"{name_or_path}.csv"
-    return read(path, closed=closed)
+        return SHELF / f"{name_or_path}.xodr"
+    return path
+
+
+def open_road(name_or_path: str | PathLike[str], **options: Any) -> Road:
+    """The shipped road of that name, or the road file at that path; options as in `roads.read`.
+
+    Raises:
+        RoadError: neither a shipped road nor a readable road file.
+    """
+    return read(find(name_or_path), **options)

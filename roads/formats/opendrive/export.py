@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-#: Records replace data that they miss by no more, m or rad.
-TOLERANCE = 5e-5
+#: Records replace data that they miss by no more, m, and rad.
+TOLERANCE, BANK = 5e-5, 2e-6
 #: A gap between lanes that counts as none, m.
 NO_GAP = 1e-4
 
@@ -57,7 +57,7 @@ def record_of(road: Road, path: Path | str, identity: str = "1") -> RoadRecord:
         elements,
         starts,
         _heights(road, s),
-        _lines(s, _round(road, road.bank)) if np.any(road.bank) else NOTHING,
+        _lines(s, _round(road, road.bank), BANK) if np.any(road.bank) else NOTHING,
         *_cross_sections(road, path, s),
         _speeds(road, s),
         own[1] if road.closed else None,
@@ -130,8 +130,8 @@ def _cubic(s0: float, s1: float, z0: float, z1: float, m0: float, m1: float) -> 
     return float(z0), float(m0), float((3.0 * rise - 2.0 * m0 - m1) / h), float((m0 + m1 - 2.0 * rise) / h**2)
 
 
-def _lines(s: Floats, values: Floats) -> Cubics:
-    """Straight records that keep `TOLERANCE` at all data."""
+def _lines(s: Floats, values: Floats, tolerance: float = TOLERANCE) -> Cubics:
+    """Straight records that keep `tolerance` at all data."""
     starts: list[float] = []
     rows: list[tuple[float, ...]] = []
     at, reach = 0, 1
@@ -139,7 +139,7 @@ def _lines(s: Floats, values: Floats) -> Cubics:
         while True:
             end = min(at + reach, len(s) - 1)
             slope = (values[end] - values[at]) / (s[end] - s[at])
-            if reach == 1 or np.max(np.abs(values[at] + slope * (s[at : end + 1] - s[at]) - values[at : end + 1])) <= TOLERANCE:
+            if reach == 1 or np.max(np.abs(values[at] + slope * (s[at : end + 1] - s[at]) - values[at : end + 1])) <= tolerance:
                 break
             reach = max(reach // 2, 1)
         if not rows or abs(slope - rows[-1][1]) > 1e-12 or abs(values[at] - rows[-1][0] - rows[-1][1] * (s[at] - starts[-1])) > 1e-12:
@@ -210,7 +210,8 @@ def _borders(road: Road, path: Path | str, present: list[int], part: NDArray[np.
                 f"{path}: {road.name} has {gap[at]:.3f} m beside its lanes at s = {s[part[at]]:.1f} m; "
                 "OpenDRIVE holds lanes side by side from edge to edge"
             )
-    return np.array(rows)
+    # OpenDRIVE measures on the banked road, `Road` in plan
+    return np.array(rows) / np.cos(_round(road, road.bank)[part])
 
 
 def _middle(road: Road, lanes: list[Lane]) -> int:

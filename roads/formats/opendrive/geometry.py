@@ -22,10 +22,14 @@ if TYPE_CHECKING:
 
 #: Linear interpolation of offsets and heights between stations is off by no more, m.
 SAG = 1e-4
+#: And of banks, rad: a tenth of a millimetre ten metres from the reference line.
+SAG_BANK = 1e-5
 #: Most stations of one file; more would be a slip in it.
 MOST_STATIONS = 4_000_000
 #: A sample of the reference line gives way to a station that something begins at, within this distance, m.
 NEAR = 1e-3
+#: Stations that things begin at are one within this distance, m.
+SAME = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +81,7 @@ class RoadShape:
         return [self._section(section) for section in self.record.sections]
 
     def _section(self, section: SectionRecord) -> SectionShape:
-        first, last = np.searchsorted(self.s, [section.start, section.end]).tolist()
+        first, last = np.searchsorted(self.s, [section.start - SAME, section.end - SAME]).tolist()
         last = min(last, len(self.s) - 1)
         s = self.s[first : last + 1]
         offset = self.record.lane_offset(s)
@@ -135,7 +139,7 @@ class Shapes:
         marks = [mark for k, road in enumerate(roads) for mark in _marks(road, k)]
         fixed_owner = np.repeat([k for k, _ in marks], [len(mark) for _, mark in marks])
         fixed_s = np.concatenate([mark for _, mark in marks])
-        s, owner_of_s = _merged(np.concatenate([fixed_s, free_s]), np.concatenate([fixed_owner, owner[index]]), len(fixed_s))
+        s, owner_of_s = _merged(fixed_s, fixed_owner, free_s, owner[index])
         if len(s) > MOST_STATIONS:
             raise RoadError(f"{roads[0].place}: the roads need more than {MOST_STATIONS} stations for their length and curvature, expected fewer")
         ends = np.searchsorted(owner_of_s, np.arange(len(roads) + 1))
@@ -158,26 +162,37 @@ def _elements_at(s: Floats, ends: NDArray[np.intp], starts: Floats, bounds: NDAr
     return element
 
 
-def _merged(s: Floats, owner: NDArray[np.intp], fixed: int) -> tuple[Floats, NDArray[np.intp]]:
-    """Stations of all roads in order, each once; the first `fixed` of them stay exactly, others give way to them."""
-    free = np.arange(len(s)) >= fixed
+def _merged(fixed: Floats, fixed_owner: NDArray[np.intp], free: Floats, free_owner: NDArray[np.intp]) -> tuple[Floats, NDArray[np.intp]]:
+    """Stations of all roads in order, each once; the fixed ones stay exactly, free ones give way to them."""
+    fixed, fixed_owner = _apart(fixed, fixed_owner, np.zeros(len(fixed), dtype=bool), SAME)
+    is_free = np.append(np.zeros(len(fixed), dtype=bool), np.ones(len(free), dtype=bool))
+    return _apart(np.append(fixed, free), np.append(fixed_owner, free_owner), is_free, NEAR)
+
+
+def _apart(s: Floats, owner: NDArray[np.intp], free: NDArray[np.bool_], least: float) -> tuple[Floats, NDArray[np.intp]]:
+    """In order, without those closer than `least` to the one before; of a pair a free one goes, of two alike the second."""
     order = np.lexsort((free, s, owner))
     s, owner, free = s[order], owner[order], free[order]
-    same = (np.diff(owner) == 0) & (np.diff(s) < NEAR)
-    drop = np.zeros(len(s), dtype=bool)
-    # a free station near any other one after or before it, and a repeated fixed one
-    drop[1:] |= same & (free[1:] | (np.diff(s) == 0.0))
-    drop[:-1] |= same & free[:-1] & ~free[1:]
-    return s[~drop], owner[~drop]
+    while True:
+        same = (np.diff(owner) == 0) & (np.diff(s) < least)
+        drop = np.zeros(len(s), dtype=bool)
+        drop[1:] = same & (free[1:] | ~free.any())
+        drop[:-1] |= same & free[:-1] & ~free[1:]
+        if not drop.any():
+            return s, owner
+        s, owner, free = s[~drop], owner[~drop], free[~drop]
 
 
 def _marks(road: RoadRecord, k: int) -> Iterator[tuple[int, Floats]]:
     """Stations where something begins, and between the starts of cubics as many as linear interpolation needs."""
     last = road.length
     yield k, np.array([section.start for section in road.sections] + [last])
-    for cubics in (road.elevation, road.superelevation, road.lane_offset):
+    limits = [start for start, _ in road.speeds] + [start for section in road.sections for lane in section.lanes for start, _ in lane.speeds]
+    if limits:
+        yield k, np.clip(limits, 0.0, last)
+    for cubics, sag in ((road.elevation, SAG), (road.superelevation, SAG_BANK), (road.lane_offset, SAG)):
         if cubics.starts:
-            yield k, _spread(cubics, last, last)
+            yield k, _spread(cubics, last, last, sag)
     for section in road.sections:
         for lane in section.lanes:
             cubics = lane.width or lane.border
@@ -185,7 +200,7 @@ def _marks(road: RoadRecord, k: int) -> Iterator[tuple[int, Floats]]:
                 yield k, _spread(cubics, section.end, last)
 
 
-def _spread(cubics: Cubics, end: float, last: float) -> Floats:
+def _spread(cubics: Cubics, end: float, last: float, sag: float = SAG) -> Floats:
     starts = [start for start in cubics.starts if 0.0 <= start <= min(end, last)]
     if cubics.is_flat:
         return np.array(starts)
@@ -195,7 +210,7 @@ def _spread(cubics: Cubics, end: float, last: float) -> Floats:
         if high <= low:
             continue
         bend = max(abs(2.0 * c + 6.0 * d * (low - start)), abs(2.0 * c + 6.0 * d * (high - start)))
-        count = min((high - low) * np.sqrt(bend / (8.0 * SAG)), MOST_STATIONS)
+        count = min((high - low) * np.sqrt(bend / (8.0 * sag)), MOST_STATIONS)
         if count > 1.0:
             marks.append(np.linspace(low, high, int(np.ceil(count)) + 1))
     return np.concatenate(marks)

@@ -12,6 +12,7 @@ from ...curve import PlanarCurve, read_only
 from ...errors import RoadError
 from ...findings import Findings
 from ...network import Network
+from ...plan_view import Cubic
 from ...road import Lane, Road
 from ..text import garbage_later
 from .geometry import Shapes
@@ -79,12 +80,13 @@ def _road(path: Path, drive: OpenDrive, shapes: Shapes, identity: str) -> Road:
     road_lanes, edges = _lanes(shape, sections, rows, along)
     closed = _is_closed(drive, shape)
     count = len(rows) - closed
+    curve, along_curve = _curve(shape, closed)
     name = f"{drive.name} {record.name}".strip() if len(drive.roads) > 1 else record.name
     try:
         made = Road(
             name,
-            _curve(shape, closed),
-            read_only(s[:count]),
+            curve,
+            read_only(np.interp(s, shape.s, along_curve)[:count]),
             read_only(edges[0][:count]),
             read_only(edges[1][:count]),
             read_only(shape.height[rows][:count]),
@@ -93,7 +95,7 @@ def _road(path: Path, drive: OpenDrive, shapes: Shapes, identity: str) -> Road:
             read_only(shape.bank[rows][:count]),
             drive=_drive(s, road_lanes, edges, along, record.left_hand, closed=closed),
             left_hand=record.left_hand,
-            plan_view=record.elements,
+            plan_view=tuple(element.by_arc_length() if isinstance(element, Cubic) else element for element in record.elements),
             origin=_origin(drive.geo_reference),
         )
     except RoadError as error:
@@ -208,14 +210,15 @@ def _narrower_at_steps(sections: NDArray[np.intp], right: Floats, left: Floats) 
     return right, left
 
 
-def _curve(shape: RoadShape, closed: bool) -> PlanarCurve:
-    points = shape.points
+def _curve(shape: RoadShape, closed: bool) -> tuple[PlanarCurve, Floats]:
+    """The reference line, and the arc length along it (n,) of the file's stations: files say lengths that are millimetres off."""
     keep = np.append(True, np.diff(shape.s) > NEAREST)
     if not keep[-1]:
         keep[np.flatnonzero(keep)[-1]] = len(np.flatnonzero(keep)) == 1
         keep[-1] = True
-    points = points[keep]
-    return PlanarCurve.through(points[:-1] if closed else points, closed=closed)
+    points = shape.points[keep]
+    curve = PlanarCurve.through(points[:-1] if closed else points, closed=closed)
+    return curve, np.interp(shape.s, shape.s[keep], curve.breaks_s)
 
 
 def _is_closed(drive: OpenDrive, shape: RoadShape) -> bool:
