@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .borders import dense, offsets_beside, way_along
 from .curve import PlanarCurve, read_only
 from .errors import RoadError
 from .road import Lane, Road
@@ -79,10 +80,10 @@ def _part(network: Network, steps: list[Step]) -> _Part | None:
         lanes.append((name, -1 if is_against else 1, _cut(left, share), _cut(right, share)))
     middles += [_cut(step.link.centre, share) for step in steps]
     middle = middles[0] if len(middles) == 1 else _changed(middles)
-    length = float(np.sum(np.hypot(*np.diff(middle[:, :2], axis=0).T)))
+    length = float(way_along(middle)[-1])
     if length < NEAREST:
         return None
-    at = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(middle[:, :2], axis=0).T))])
+    at = way_along(middle)
     limit = last.link.limit_at(share[0] * last.link.length + at * ((share[1] - share[0]) * last.link.length / length))
     return _Part(middle, lanes, followed, limit)
 
@@ -91,7 +92,7 @@ def _cut(line: Floats, share: tuple[float, float]) -> Floats:
     """The part of `line` between two shares of its length."""
     if share == (0.0, 1.0):
         return line
-    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
+    s = way_along(line)
     low, high = share[0] * s[-1], share[1] * s[-1]
     inner = (s > low + 1e-6) & (s < high - 1e-6)
     at = np.concatenate([[low], s[inner], [high]])
@@ -101,12 +102,12 @@ def _cut(line: Floats, share: tuple[float, float]) -> Floats:
 def _changed(middles: list[Floats]) -> Floats:
     """From the first to the last of lines that lie side by side, smoothly, at the end of the stretch."""
     start = middles[0]
-    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(start[:, :2], axis=0).T))])
+    s = way_along(start)
     # a change needs points to show in
     fine = np.union1d(s, np.linspace(0.0, s[-1], max(int(s[-1]), 2) + 1))
     first = np.column_stack([np.interp(fine, s, start[:, axis]) for axis in range(3)])
     other = middles[-1]
-    t = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(other[:, :2], axis=0).T))])
+    t = way_along(other)
     last = np.column_stack([np.interp(fine / max(s[-1], 1e-9), t / max(t[-1], 1e-9), other[:, axis]) for axis in range(3)])
     way = min(CHANGE * (len(middles) - 1), float(s[-1]))
     share = np.clip((fine - (s[-1] - way)) / way, 0.0, 1.0)
@@ -137,7 +138,7 @@ def _blended(middles: list[Floats]) -> list[Floats]:
         if float(np.hypot(*miss[:2])) <= SAME:
             found.append(line)
             continue
-        s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
+        s = way_along(line)
         way = min(BLEND, float(s[-1]))
         fine = np.union1d(s, np.linspace(0.0, way, max(int(2 * way), 8)))
         line = np.column_stack([np.interp(fine, s, line[:, axis]) for axis in range(3)])
@@ -174,31 +175,16 @@ def _measured(curve: PlanarCurve, part: _Part, stations: Floats) -> tuple[Floats
     for k, (_, _, left_line, right_line) in enumerate(part.lanes):
         offsets, heights = [], []
         for line in (right_line, left_line):
-            fine = _dense(line)
-            s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(fine[:, :2], axis=0).T))])
-            share = s / max(s[-1], 1e-9)
-            span = _length(part.middle)
-            near = np.clip(start + share * span, 0.0, curve.length)
-            found, offset = curve.project(fine[:, :2], near)
-            order = np.argsort(found, kind="stable")
-            offsets.append(np.interp(stations, found[order], offset[order]))
-            heights.append(np.interp(stations, found[order], fine[order, 2]))
+            fine = dense(line)
+            s = way_along(fine)
+            near = np.clip(start + s / max(s[-1], 1e-9) * way_along(part.middle)[-1], 0.0, curve.length)
+            offsets.append(offsets_beside(curve, fine, near, stations))
+            heights.append(np.interp(stations, near, fine[:, 2]))
         right.append(np.minimum(*offsets))
         left.append(np.maximum(*offsets))
         if k == part.followed:
             bank = np.arctan2(heights[1] - heights[0], np.maximum(offsets[1] - offsets[0], 0.5))
     return np.array(right), np.array(left), bank
-
-
-def _length(line: Floats) -> float:
-    return float(np.sum(np.hypot(*np.diff(line[:, :2], axis=0).T)))
-
-
-def _dense(line: Floats) -> Floats:
-    """Points at most 1 m apart: a straight piece of a border is not straight when measured from a bend."""
-    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
-    fine = np.union1d(s, np.linspace(0.0, s[-1], int(np.ceil(s[-1])) + 1))
-    return np.column_stack([np.interp(fine, s, line[:, axis]) for axis in range(3)])
 
 
 def _road(
@@ -230,8 +216,8 @@ def _road(
         right[here], left[here] = np.interp(at, own, lane_right[0]), np.interp(at, own, lane_left[-1])
         bank[here] = np.interp(at, own, banks)
         begin = own[0]
-        span = _length(part.middle)
-        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(part.middle[:, :2], axis=0).T))])
+        span = float(way_along(part.middle)[-1])
+        along = way_along(part.middle)
         limit[here] = part.limit[np.clip(np.searchsorted(along, np.clip(at - begin, 0.0, span) + 1e-6, side="right") - 1, 0, len(along) - 1)]
         mid_right, mid_left = np.interp(at, own, lane_right[part.followed]), np.interp(at, own, lane_left[part.followed])
         # the reference is the middle driven: while it changes lanes, the strip to be driven goes with it

@@ -138,9 +138,9 @@ class Corridor:
             last = here
         # between two looks the border may have a corner, at a data station
         corners = self._corners[which]
-        spacing = self.reference.length / len(self.s)
         first = np.searchsorted(self.s, np.mod(s, self.reference.length) if self.reference.closed else s) - 1
-        for step in range(-int(reach / spacing) - 1, int(reach / spacing) + 3):
+        crowd = int(np.max(np.searchsorted(self.s, self.s + reach) - np.arange(len(self.s))))
+        for step in range(-crowd, crowd + 2):
             index = first + step
             index = np.mod(index, len(self.s)) if self.reference.closed else np.clip(index, 0, len(self.s) - 1)
             least = np.minimum(least, np.hypot(*(points - corners[index]).T))

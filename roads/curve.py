@@ -8,6 +8,7 @@ a radian.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,8 @@ from .errors import RoadError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+    from .locate import Locator
 
     Floats = NDArray[np.float64]
 
@@ -158,6 +161,19 @@ class PlanarCurve:
         half = 0.5 * np.diff(u)[:, None]
         inner = 0.5 * (u[1:] + u[:-1])[:, None] + half * _NODES
         return float(np.sum(half * curvature_of(self.pieces, inner) ** 2 * _speed(self.pieces, inner) * _WEIGHTS))
+
+    def locate(self, points: ArrayLike) -> tuple[Floats, Floats]:
+        """Stations (n,) and signed distances (n,) in m, positive left, of the nearest places to `points` (n, 2), found globally.
+
+        See `roads.locate`; a controller that follows one place uses `roads.Tracker`.
+        """
+        return self._locator(points)
+
+    @cached_property
+    def _locator(self) -> Locator:
+        from .locate import Locator
+
+        return Locator(self)
 
     def project(self, points: ArrayLike, near: ArrayLike) -> tuple[Floats, Floats]:
         """Stations and signed offsets of `points`, searched from the stations `near`.

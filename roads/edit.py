@@ -88,7 +88,7 @@ def stretch_of(road: Road, stretch: slice) -> Road:
     inner = np.concatenate([road.s + lap for lap in laps])
     s = np.concatenate([[start], inner[(inner > start + 1e-6) & (inner < ends[0] - 1e-6)], ends])
     curve = _between(road.reference, start, ends[0])
-    return _sampled(road, s, curve, s - start)
+    return sampled(road, s, curve, s - start)
 
 
 def resampled_road(road: Road, spacing: float) -> Road:
@@ -105,7 +105,7 @@ def resampled_road(road: Road, spacing: float) -> Road:
     s = np.linspace(0.0, road.length, count + 1)
     s = s[:-1] if road.closed else s
     curve = PlanarCurve.through(road.reference.position(s), closed=road.closed)
-    made = _sampled(road, s, curve, curve.breaks_s[:-1] if road.closed else curve.breaks_s, closed=road.closed)
+    made = sampled(road, s, curve, curve.breaks_s[:-1] if road.closed else curve.breaks_s, closed=road.closed)
     first = np.clip(np.searchsorted(road.s, s), 0, len(road.s) - 1)
     inside = (road.s[first] >= s) & (road.s[first] < np.append(s[1:], road.length))
     lowest = np.where(inside, np.minimum.reduceat(road.speed_limit, first), np.inf)
@@ -208,7 +208,7 @@ def _between(curve: PlanarCurve, start: float, end: float) -> PlanarCurve:
     return PlanarCurve.of_pieces(PiecewiseCubic(read_only(cut), rows))
 
 
-def _sampled(road: Road, s: Floats, curve: PlanarCurve, new_s: Floats, *, closed: bool = False) -> Road:
+def sampled(road: Road, s: Floats, curve: PlanarCurve, new_s: Floats, *, closed: bool = False) -> Road:
     """`road`'s data at its stations `s`, laid along `curve` at stations `new_s`."""
 
     def linear(values: Floats) -> Floats:

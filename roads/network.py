@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .borders import way_along
 from .errors import RoadError
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from .findings import Finding
     from .road import Road
-    from .routing import Cost, Place
+    from .routing import Cost, Place, Step
 
     Floats = NDArray[np.float64]
 
@@ -66,7 +67,13 @@ class Link:
     @cached_property
     def stations(self) -> Floats:
         """(n,) distance along the centre line in plan, m."""
-        return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self.centre[:, :2], axis=0).T))])
+        return way_along(self.centre)
+
+    @cached_property
+    def end_widths(self) -> tuple[float, float]:
+        """Width at its beginning and at its end, m."""
+        left, right = self.borders
+        return tuple(float(np.hypot(*(left[k] - right[k])[:2])) for k in (0, -1))  # pyright: ignore[reportReturnType]
 
     @property
     def length(self) -> float:
@@ -134,10 +141,14 @@ class Network:
             RoadError: no such place, or no way between them.
         """
         from .assembly import assemble
+
+        return assemble(name or f"{self.name}: {_worded(start)} to {_worded(goal)}", self, self.steps(start, goal, cost=cost))
+
+    def steps(self, start: Place, goal: Place, *, cost: Cost = "length") -> list[list[Step]]:
+        """The way of `route` lane by lane: stretches that follow each other, each with the lanes that are changed along it."""
         from .routing import find_route
 
-        steps = find_route(self, start, goal, cost)
-        return assemble(name or f"{self.name}: {_worded(start)} to {_worded(goal)}", self, steps)
+        return find_route(self, start, goal, cost)
 
     def nearest(self, x: float, y: float) -> tuple[str, float, float]:
         """The link whose centre line is closest to (x, y): its id, the distance along it and the distance from it, m.
@@ -162,7 +173,11 @@ class Network:
                 _ = link.length
             except RoadError as error:
                 found.error(error)
+        drivable = {link.road for link in self.links.values()}
         for identity in self.roads if self.builder is not None else []:
+            if identity not in drivable:
+                found.note(f"{self.path}: road {identity}", "no lane for cars")
+                continue
             try:
                 self.road(identity)
             except RoadError as error:

@@ -1,16 +1,16 @@
 """Put a network together from roads and the ways through its junctions.
 
-    town = NetworkBuilder("town")
-    town.road("1", RoadBuilder("arm", (40, 0), 0.0).straight(100).elements(), limit=14)
-    ...
-    town.write("town.xodr")
+town = NetworkBuilder("town")
+town.road("1", RoadBuilder("arm", (40, 0), 0.0).straight(100).elements(), limit=14)
+...
+town.write("town.xodr")
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
     from .plan_view import Element
 
-End = tuple[str, Literal["start", "end"]]
+#: A road and one of its ends, `start` or `end`.
+End = tuple[str, str]
 
 
 class NetworkBuilder:
@@ -62,13 +63,25 @@ class NetworkBuilder:
             raise RoadError(f"{self._drive.name}: road {identity!r} is there already or has no elements, expected new roads with elements")
         starts = np.concatenate([[0.0], np.cumsum([element.length for element in elements])])
         length = float(starts[-1])
-        sides = [
-            tuple(_lane(sign * (k + 1), -sign, widths, length) for k, widths in enumerate(lanes)) for sign, lanes in ((1, left), (-1, right))
-        ]
+        sides = [tuple(_lane(sign * (k + 1), -sign, widths, length) for k, widths in enumerate(lanes)) for sign, lanes in ((1, left), (-1, right))]
         section = SectionRecord(0.0, length, *sides)
         speeds = ((0.0, float(limit)),) if np.isfinite(limit) else ()
         self._drive.roads[identity] = RoadRecord(
-            identity, identity, length, junction, False, tuple(elements), starts[:-1], NOTHING, NOTHING, NOTHING, (section,), speeds, None, None, identity
+            identity,
+            identity,
+            length,
+            junction,
+            False,
+            tuple(elements),
+            starts[:-1],
+            NOTHING,
+            NOTHING,
+            NOTHING,
+            (section,),
+            speeds,
+            None,
+            None,
+            identity,
         )
 
     def enters(self, junction: str, end: End) -> None:
@@ -90,8 +103,8 @@ class NetworkBuilder:
 
     def _set_end(self, end: End, other: RoadEnd) -> None:
         identity, which = end
-        if identity not in self._drive.roads:
-            raise RoadError(f"{self._drive.name}: no road {identity!r}, expected one of {', '.join(self._drive.roads)}")
+        if identity not in self._drive.roads or which not in ("start", "end"):
+            raise RoadError(f"{self._drive.name}: no {which} of road {identity!r}, expected start or end of one of {', '.join(self._drive.roads)}")
         road = self._drive.roads[identity]
         self._drive.roads[identity] = replace(road, **{"predecessor" if which == "start" else "successor": other})
 

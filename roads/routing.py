@@ -25,6 +25,8 @@ Cost = Literal["length", "time"] | Callable[["Floats", "Floats", "Floats"], floa
 CHANGE_WAY = 20.0
 #: Stretches shorter than this are no place to change lanes, m.
 SHORT = 15.0
+#: Lanes that narrow to less lead nowhere by themselves, m.
+NARROW = 2.0
 #: Speed where no limit is posted, m/s.
 UNPOSTED = 50.0 / 3.6
 #: A position may be this far from the middle of the nearest lane, m.
@@ -47,19 +49,38 @@ def find_route(network: Network, start: Place, goal: Place, cost: Cost) -> list[
         RoadError: no such place, no way, or a cost that can be earned without end by going round.
     """
     begin, finish = _options(network, start, 0.0), _options(network, goal, 1.0)
-    best: tuple[float, list[list[Step]]] | None = None
     ids = list(network.links)
     row = {name: k for k, name in enumerate(ids)}
     price = _prices(network, ids, cost)
-    distances, before = _shortest(network, ids, row, price, [row[name] for name, _ in begin], [share for _, share in begin])
+    steps = _best(network, ids, row, price, begin, finish)
+    if steps is None:
+        # a position stands for the whole cross-section if the lane it is nearest to has no way
+        around = [_around(network, place, found) for place, found in ((start, begin), (goal, finish))]
+        steps = _best(network, ids, row, price, *around)
+    if steps is None:
+        raise RoadError(f"{network.path}: no way from {_shown(start)} to {_shown(goal)} along the lanes' directions")
+    return steps
+
+
+def _best(
+    network: Network, ids: list[str], row: dict[str, int], price: Floats, begin: list[tuple[str, float]], finish: list[tuple[str, float]]
+) -> list[list[Step]] | None:
+    best: tuple[float, list[list[Step]]] | None = None
+    distances, before = _shortest(network, ids, row, price, [row[name] for name, _ in begin])
     for k, (name, share) in enumerate(begin):
         for last, until in finish:
             found = _way(network, ids, row, price, (name, share), (last, until), distances[k], before[k])
             if found is not None and (best is None or found[0] < best[0]):
                 best = found
-    if best is None:
-        raise RoadError(f"{network.path}: no way from {_shown(start)} to {_shown(goal)} along the lanes' directions")
-    return best[1]
+    return None if best is None else best[1]
+
+
+def _around(network: Network, place: Place, found: list[tuple[str, float]]) -> list[tuple[str, float]]:
+    if isinstance(place, str):
+        return found
+    ((name, share),) = found
+    link = network.links[name]
+    return [(other, 1.0 - share if against else share) for other, against in zip(link.beside, link.against, strict=True)]
 
 
 def nearest_link(network: Network, x: float, y: float) -> tuple[str, float, float]:
@@ -162,7 +183,10 @@ def _edges(network: Network, row: dict[str, int], price: Floats) -> tuple[list[i
             if np.isfinite(price[row[after]]):
                 begins.append(k)
                 ends.append(row[after])
-                weights.append(float(price[k]))
+                # through a taper drives only who has no lane beside it
+                tapers = (link.left or link.right) and link.end_widths[1] < NARROW
+                tapers = tapers or ((later := network.links[after]).end_widths[0] < NARROW and bool(later.left or later.right))
+                weights.append(float(price[k]) + (1e3 * change if tapers else 0.0))
         for beside in (link.left, link.right):
             if beside is not None and np.isfinite(price[row[beside]]):
                 begins.append(k)
@@ -171,9 +195,7 @@ def _edges(network: Network, row: dict[str, int], price: Floats) -> tuple[list[i
     return begins, ends, weights
 
 
-def _shortest(
-    network: Network, ids: list[str], row: dict[str, int], price: Floats, sources: list[int], shares: list[float]
-) -> tuple[Floats, NDArray[np.int32]]:
+def _shortest(network: Network, ids: list[str], row: dict[str, int], price: Floats, sources: list[int]) -> tuple[Floats, NDArray[np.int32]]:
     """Least cost from the beginning of each source link to the beginning of every link, and the link before it on that way."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import NegativeCycleError, bellman_ford, dijkstra

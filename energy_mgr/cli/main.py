@@ -8,6 +8,7 @@ import sys
 import click
 
 from .plan import plan_command
+from .roads import roads_group
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -17,6 +18,7 @@ def cli() -> None:
 
 
 cli.add_command(plan_command)
+cli.add_command(roads_group)
 
 
 def main(arguments: list[str] | None = None) -> int:

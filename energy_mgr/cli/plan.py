@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from .progress import ProgressLine
+from .road_options import chosen, road_options
 
 
 @click.command("plan")
@@ -29,11 +30,11 @@ from .progress import ProgressLine
     help="Arrival time in s. Default: the least for both paths; with --speed fast the least for the one asked for.",
 )
 @click.option("--margin", type=float, default=0.2, show_default=True, help="Distance in m between the car's side and the borders.")
-@click.option("--closed/--open", "closed", default=None, help="Whether the road is a circuit. Default: as the file says, or as its ends suggest.")
+@road_options
 @click.option("--qp", type=click.Choice(["piqp", "clarabel"]), default="piqp", show_default=True, help="Solver of the path's QPs.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("out/plan"), show_default=True, help="Folder for the results.")
 def plan_command(road: str, out: Path, **options: Any) -> None:
-    """Plan a thrifty drive along ROAD: a road file (CSV), or a shipped road (commute, rural, descent).
+    """Plan a thrifty drive along ROAD: a road file (see `energy-mgr roads`), or a shipped road (commute, rural, descent, handling, roundabout).
 
     Prints a comparison with the lane centre at equal arrival time and writes trajectory.csv, plan.json and plan.png.
     """
@@ -42,14 +43,14 @@ def plan_command(road: str, out: Path, **options: Any) -> None:
     progress = ProgressLine()
     with Painter() as painter:
         from powertrain import VehicleError
-        from roads import RoadError
+        from roads import RoadError, open_road
 
         from ..errors import PlanningError
         from ..planning import plan
         from ..report import comparison_table, save_plan
 
         try:
-            made = plan(road, report=progress, **options)
+            made = plan(open_road(road, **chosen(options, options["vehicle"])), report=progress, **options)
             progress("drawing")
             files = save_plan(made, out, draw=painter.draw)
         except (RoadError, VehicleError, PlanningError) as error:

@@ -1,5 +1,9 @@
 from .figure import draw_plan as draw_plan
 from .files import save_plan as save_plan
+from .road_table import network_table as network_table
+from .road_table import road_table as road_table
+from .road_table import route_table as route_table
+from .road_table import save_road_figure as save_road_figure
 from .table import comparison_table as comparison_table
 
-__all__ = ["comparison_table", "draw_plan", "save_plan"]
+__all__ = ["comparison_table", "draw_plan", "network_table", "road_table", "route_table", "save_plan", "save_road_figure"]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..borders import offsets_beside
 from ..curve import PlanarCurve, read_only
 from ..errors import RoadError
 from ..road import Lane, Road
@@ -83,15 +84,14 @@ def _between(table: Table, name: str, left: Floats, right: Floats, middle: Float
     s = reference.breaks_s[:-1] if closed else reference.breaks_s
     offsets = []
     for edge in (right, left):
-        found, offset = reference.project(edge[:, :2], s)
+        found, _ = reference.project(edge[:, :2], s)
         off = np.abs(found - s)
         if np.max(off) > max(2.0 * float(np.max(np.diff(reference.breaks_s))), 5.0):
             at = int(np.argmax(off))
             raise RoadError(
                 f"{table.at(at)}: the edge point lies {off[at]:.1f} m of way from its partner on the other edge, expected them beside each other"
             )
-        order = np.argsort(found, kind="stable")
-        offsets.append(np.interp(s, found[order], offset[order], period=reference.length if closed else None))
+        offsets.append(offsets_beside(reference, edge, s, s))
     if np.any(offsets[1] <= offsets[0]):
         at = int(np.argmax(offsets[1] <= offsets[0]))
         raise RoadError(f"{table.at(at)}: the left edge is not left of the right one, expected left of the direction of the lines")

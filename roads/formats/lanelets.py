@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..borders import way_along
 from ..errors import RoadError
 from ..network import Link, Network
 
@@ -144,7 +145,7 @@ def paired(lanelet: Lanelet) -> tuple[Floats, Floats]:
 
 
 def _shares(lanelet: Lanelet, border: Floats) -> Floats:
-    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(border[:, :2], axis=0).T))])
+    s = way_along(border)
     if s[-1] <= SAME:
         raise RoadError(f"{lanelet.place}: lane {lanelet.id} has a border of {s[-1]:.4f} m, expected a longer one")
     return s / s[-1]

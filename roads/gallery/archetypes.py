@@ -1,7 +1,7 @@
 """The shipped roads, and how they are made: three archetypes of everyday driving, a handling course, a network with a roundabout.
 
-The archetypes stand in for the three roads of the energy manager's published experiments (E2, E3, E4; section 3.7 of the source), whose data were never
-published: same length, same features, two lanes of 3.5 m. `python -m roads.gallery.archetypes` writes them anew.
+The archetypes stand in for the three roads of the energy manager's published experiments (E2, E3, E4; section 3.7 of the source), whose data were
+never published: same length, same features, two lanes of 3.5 m. `python -m roads.gallery.archetypes` writes them anew.
 """
 
 from __future__ import annotations

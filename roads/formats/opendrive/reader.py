@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -36,6 +37,8 @@ AT_ONCE = 0.01
 NEAREST = 0.02
 #: Changing from a lane that ends to its neighbour takes this stretch before the end, m.
 CHANGE = 60.0
+#: A lane narrower than this is none to drive in, m.
+NARROW = 2.0
 #: Terms of a projection that must have these values for (0, 0) to be its origin: name, default, value.
 _PLAIN = (("x_0", "0", 0.0), ("y_0", "0", 0.0), ("k", "1", 1.0), ("k_0", "1", 1.0))
 
@@ -254,13 +257,15 @@ def _limits(shape: RoadShape, s: Floats, along: int) -> Floats:
 
 def _drive(s: Floats, lanes: list[Lane], edges: tuple[Floats, Floats], along: int, left_hand: bool, *, closed: bool) -> Lane | None:
     """The lane to follow where no lane leads on from start to end: a change to the neighbour before each one ends."""
-    forward = [lane for lane in lanes if lane.direction in (0, along)]
+    forward = [_wide(lane) for lane in lanes if lane.direction in (0, along)]
+    if not all(any(~np.isnan(lane.right[k]) for lane in forward) for k in range(len(s))):
+        forward = [lane for lane in lanes if lane.direction in (0, along)]
     through = [lane for lane in forward if lane.kind == "driving"] or forward
     outer = through[::-1] if left_hand == (along > 0) else through
     count = len(s) - closed
     whole = next((lane for lane in outer if not np.isnan(lane.right).any()), None)
     if whole is not None:
-        return None if whole is _outermost(lanes, along, left_hand) else _open_ended(whole, count)
+        return None if whole.name == _outermost(lanes, along, left_hand).name else _open_ended(whole, count)
     right, left = np.empty(len(s)), np.empty(len(s))
     at = 0
     current = next(lane for lane in outer if not np.isnan(lane.right[0]))
@@ -282,6 +287,12 @@ def _drive(s: Floats, lanes: list[Lane], edges: tuple[Floats, Floats], along: in
         _blend(s, right, left, stop, before, after)
     right, left = np.clip(right, *edges), np.clip(left, *edges)
     return Lane(along, read_only(right[:count]), read_only(left[:count]), "driving", "followed")
+
+
+def _wide(lane: Lane) -> Lane:
+    """The lane without the stretches where it is too narrow for a car, as where it begins or ends in a taper."""
+    narrow = ~(lane.left - lane.right >= NARROW)
+    return replace(lane, right=np.where(narrow, np.nan, lane.right), left=np.where(narrow, np.nan, lane.left))
 
 
 def _outermost(lanes: list[Lane], along: int, left_hand: bool) -> Lane:

@@ -1,0 +1,36 @@
+"""Where a line runs beside a curve: its signed distance, station by station."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .curve import PlanarCurve
+
+    Floats = NDArray[np.float64]
+
+
+def way_along(line: Floats) -> Floats:
+    """(n,) distance in m along the polyline `line` (n, 2 or more), in plan."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
+
+
+def dense(line: Floats, spacing: float = 1.0) -> Floats:
+    """`line` (n, k) with further points so that none are more than `spacing` (m) apart."""
+    s = way_along(line)
+    fine = np.union1d(s, np.linspace(0.0, s[-1], int(np.ceil(s[-1] / spacing)) + 1))
+    return np.column_stack([np.interp(fine, s, line[:, axis]) for axis in range(line.shape[1])])
+
+
+def offsets_beside(curve: PlanarCurve, line: Floats, near: Floats, stations: Floats) -> Floats:
+    """Offsets (m, positive left) at `stations` (k,) of the polyline `line` (n, 2), whose points lie near the stations `near` (n,) of the curve.
+
+    Exact at the line's points; between them the offset runs linearly over the station. Beyond the line's ends it stays.
+    """
+    found, offset = curve.project(line[:, :2], near)
+    order = np.argsort(found, kind="stable")
+    return np.interp(stations, found[order], offset[order], period=curve.length if curve.closed else None)
