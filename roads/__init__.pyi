@@ -1,3 +1,4 @@
+from . import cycles as cycles
 from .builder import RoadBuilder as RoadBuilder
 from .corridor import Corridor as Corridor
 from .curve import PlanarCurve as PlanarCurve
@@ -28,6 +29,7 @@ __all__ = [
     "RoadBuilder",
     "RoadError",
     "Tracker",
+    "cycles",
     "join",
     "open_road",
     "read",

@@ -72,14 +72,14 @@ def smooth_points(points: ArrayLike, bound: float, *, closed: bool = False) -> F
     wrap = min(_WRAP, count) if closed else 0
     line = np.vstack([points[count - wrap :], points, points[:wrap]]) if closed else points
     inner = slice(wrap, wrap + count)
-    penalty = _penalty(line)
+    penalty = _Penalty.of(line)
     weight = np.ones(len(line))
     if not closed:
         weight[[0, -1]] = 1e9
     # around the middle scale of the problem: where point and penalty weigh the same
-    scale = 1.0 / float(np.median(penalty[-1]))
+    scale = 1.0 / float(np.median(penalty.bands[-1]))
     lam = scale
-    for factor in 10.0 ** np.arange(0.0, 14.0, 0.5):
+    for factor in 10.0 ** np.arange(0.0, 12.0, 0.5):
         found = _solved(line, weight, scale * factor, penalty)
         if float(np.sqrt(np.mean(_distance(found, line)[inner] ** 2))) > _TYPICAL * bound:
             break
@@ -115,30 +115,41 @@ def _distance(a: Floats, b: Floats) -> Floats:
     return np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])
 
 
-def _penalty(line: Floats) -> Floats:
-    """Upper bands (4, n) of the matrix of `int |z'''|^2 ds`, the third derivative taken by divided differences."""
-    s = way_along(line)
-    count = len(s)
-    rows = []
-    window = [s[k : count - 3 + k] for k in range(4)]
-    for k in range(4):
-        product = np.ones(count - 3)
-        for j in range(4):
-            if j != k:
-                product = product * (window[k] - window[j])
-        rows.append(6.0 / product)
-    step = np.sqrt((window[3] - window[0]) / 3.0)
-    bands = np.zeros((4, count))
-    for a in range(4):
-        for b in range(a, 4):
-            bands[3 - (b - a), b : count - 3 + b] += step**2 * rows[a] * rows[b]
-    return bands
+@dataclass(frozen=True, eq=False)
+class _Penalty:
+    """The matrix of the squared third derivative, which is taken by divided differences.
+
+    Attributes:
+        bands: (4, n) upper bands of the matrix.
+        pull: (n, 2) the matrix times the points themselves.
+    """
+
+    bands: Floats
+    pull: Floats
+
+    @classmethod
+    def of(cls, line: Floats) -> _Penalty:
+        s = way_along(line)
+        count = len(s)
+        window = [s[k : count - 3 + k] for k in range(4)]
+        rows = np.array([6.0 / np.prod([window[k] - window[j] for j in range(4) if j != k], axis=0) for k in range(4)])
+        rows = rows * np.sqrt((window[3] - window[0]) / 3.0)
+        bands = np.zeros((4, count))
+        for a in range(4):
+            for b in range(a, 4):
+                bands[3 - (b - a), b : count - 3 + b] += rows[a] * rows[b]
+        differences = np.sum([rows[k][:, None] * line[k : count - 3 + k] for k in range(4)], axis=0)
+        pull = np.zeros_like(line)
+        for k in range(4):
+            pull[k : count - 3 + k] += rows[k][:, None] * differences
+        return cls(bands, pull)
 
 
-def _solved(line: Floats, weight: Floats, lam: float, penalty: Floats) -> Floats:
-    bands = lam * penalty
+def _solved(line: Floats, weight: Floats, lam: float, penalty: _Penalty) -> Floats:
+    """The minimiser, solved for how far it lies from the points: that keeps its digits where the penalty outweighs the points by far."""
+    bands = lam * penalty.bands
     bands[3] += weight
-    return solveh_banded(bands, weight[:, None] * line, check_finite=False)
+    return line - solveh_banded(bands, lam * penalty.pull, check_finite=False)
 
 
 def smoothed(road: Road, bound: float) -> tuple[Road, SmoothingReport]:

@@ -87,7 +87,7 @@ def read_geojson(path: Path, *, closed: bool | None = None, width: float | None 
     """
     try:
         content = json.loads(read_text(path), parse_constant=lambda word: float("nan"))
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         where = f":{error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
         raise RoadError(f"{path}{where}: not JSON: {str(error)[:100]}") from None
     if not isinstance(content, dict) or content.get("type") not in ("FeatureCollection", "Feature", "LineString"):

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 #: Vertices closer than this are one, m.
 SAME = 1e-3
+#: Pieces at the ends of a lane, whose neighbours are other lanes', count as short ones from this length on, m.
+ALONE = 5.0
 
 
 @dataclass(eq=False)
@@ -141,7 +143,29 @@ def paired(lanelet: Lanelet) -> tuple[Floats, Floats]:
         raise RoadError(
             f"{lanelet.place}: lane {lanelet.id} has its left border on the right or none apart from the right one, expected left of the way"
         )
-    return left, right
+    return _graded(left, right)
+
+
+def _graded(left: Floats, right: Floats) -> tuple[Floats, Floats]:
+    """Further places on long straight pieces, close to where shorter ones begin.
+
+    A spline through places at very uneven distances swings out over the long piece, by a share of its length; places at doubling distances
+    from its ends keep it straight. Pieces between evenly spread places are left as they are: there the spline is the better curve.
+    """
+    steps = np.hypot(*np.diff(0.5 * (left + right)[:, :2], axis=0).T)
+    before, after = np.append(ALONE, steps[:-1]), np.append(steps[1:], ALONE)
+    shares = [np.array([0.0])]
+    for step, first, last in zip(steps, before, after, strict=True):
+        marks = [0.0, 1.0]
+        for short, at_end in ((first, False), (last, True)):
+            if step > 3.0 * short:
+                marks += [1.0 - d / step if at_end else d / step for d in short * (2.0 ** np.arange(1, 30) - 1.0) if d < 0.5 * step]
+        shares.append(len(shares) - 1 + np.unique(marks)[1:])
+    index = np.concatenate(shares)
+    if len(index) == len(left):
+        return left, right
+    known = np.arange(len(left))
+    return tuple(np.column_stack([np.interp(index, known, line[:, axis]) for axis in range(3)]) for line in (left, right))  # pyright: ignore[reportReturnType]
 
 
 def _shares(lanelet: Lanelet, border: Floats) -> Floats:

@@ -15,15 +15,14 @@ Only x, y and the height make the road. What else the table holds is kept in `Ro
 
 from __future__ import annotations
 
-import zlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import RoadError
 from ..road import Road
+from .matlab import read_variables
 from .table import LARGEST, read_table, shown
-from .text import read_bytes
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -48,8 +47,6 @@ SYNONYMS = {
 #: Columns of a table without names, by their number.
 ORDERS = {4: "x y psi v", 5: "s x y psi v", 6: "s x y psi v kappa", 7: "s x y psi kappa v a"}
 TIMED = "t s x y psi v kappa"
-#: A .mat file may unpack to so much, bytes.
-LARGEST_UNPACKED = 256 * 1024 * 1024
 #: Points closer than this are one, m.
 SAME_PLACE = 1e-6
 
@@ -158,40 +155,24 @@ def looks_closed(points: Floats) -> bool:
 
 def _from_mat(path: Path) -> tuple[dict[str, Floats], str | None]:
     """The table in a .mat file: one matrix, vectors by name, or a struct of vectors."""
-    _refuse_bombs(path)
-    from scipy.io import loadmat  # slow to import, and only these files need it
-
-    try:
-        content = loadmat(path, squeeze_me=True, struct_as_record=True)
-    # a broken file makes SciPy raise nearly anything
-    except Exception as error:
-        raise RoadError(f"{path}: not a MATLAB 5 file that can be read: {str(error)[:120]}") from None
-    values: dict[str, Any] = {key: value for key, value in content.items() if not key.startswith("__")}
+    values = read_variables(path)
     if len(values) == 1:
         (only,) = values.values()
-        if isinstance(only, np.ndarray) and only.dtype.names:
-            values = {field: _unboxed(only[field]) for field in only.dtype.names}
-        elif isinstance(only, np.ndarray) and only.ndim == 2 and only.dtype.kind in "fiu":
-            matrix = np.asarray(only, dtype=np.float64)
-            matrix = matrix.T if matrix.shape[0] in ORDERS and matrix.shape[1] not in ORDERS else matrix
+        if isinstance(only, dict):
+            values = only
+        elif only.ndim == 2 and min(only.shape) > 1:
+            matrix = only.T if only.shape[0] in ORDERS and only.shape[1] not in ORDERS else only
             _refuse_bad(path, {"matrix": matrix.ravel()})
             return dict(zip(_by_order(str(path), matrix), matrix.T, strict=True)), None
-    vectors = {key: np.asarray(value, dtype=np.float64) for key, value in values.items() if _is_vector(value)}
+    vectors = {key: value.ravel() for key, value in values.items() if not isinstance(value, dict) and max(value.shape) == value.size > 1}
     names = columns_of(list(vectors))
     lengths = {len(vector) for vector in vectors.values()}
     if names is None or len(lengths) != 1:
-        shapes = ", ".join(f"{key} {np.shape(value)}" for key, value in list(values.items())[:12]) or "nothing"
+        kinds = {key: "struct" if isinstance(value, dict) else "x".join(map(str, value.shape)) for key, value in list(values.items())[:12]}
+        shapes = ", ".join(f"{key} ({kind})" for key, kind in kinds.items()) or "no real numeric arrays"
         raise RoadError(f"{path}: holds {shapes}; expected one matrix of 4 to 7 columns, or vectors of one length with x and y among them")
     _refuse_bad(path, vectors)
     return dict(zip(names, vectors.values(), strict=True)), None
-
-
-def _unboxed(value: Any) -> Any:
-    return value.item() if isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 0 else value
-
-
-def _is_vector(value: Any) -> bool:
-    return isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiu"
 
 
 def _refuse_bad(path: Path, vectors: dict[str, Floats]) -> None:
@@ -200,23 +181,3 @@ def _refuse_bad(path: Path, vectors: dict[str, Floats]) -> None:
         if not good.all():
             at = int(np.argmin(good))
             raise RoadError(f"{path}: {key}[{at}] is {vector[at]}, expected a finite number below {LARGEST:g}")
-
-
-def _refuse_bombs(path: Path) -> None:
-    """Walk the file's elements; those that are packed must not unpack to more than 256 MiB altogether."""
-    data = read_bytes(path)
-    if len(data) < 128 or data[126:128] not in (b"IM", b"MI") or data[:4] == b"\x00\x00\x00\x00":
-        raise RoadError(f"{path}: not a MATLAB 5 file (save with -v7 or -v6; version 7.3 is HDF5 and not read)")
-    order: Any = "little" if data[126:128] == b"IM" else "big"
-    at, left = 128, LARGEST_UNPACKED
-    while at + 8 <= len(data):
-        kind = int.from_bytes(data[at : at + 4], order)
-        size = int.from_bytes(data[at + 4 : at + 8], order)
-        if kind == 15:
-            try:
-                left -= len(zlib.decompressobj().decompress(data[at + 8 : at + 8 + size], left))
-            except zlib.error:
-                raise RoadError(f"{path}: packed data at byte {at} is damaged") from None
-        if left <= 0:
-            raise RoadError(f"{path}: unpacks to more than {LARGEST_UNPACKED // 2**20} MiB, expected a path")
-        at += 8 + size
