@@ -32,7 +32,7 @@ def route_energy(vehicle: Vehicle) -> Callable[[Floats, Floats, Floats], float]:
         v = np.minimum(np.where(np.isfinite(limit), limit, UNPOSTED), fastest)
         total = 0.0
         s, height, v = s[keep], height[keep], v[keep]
-        for part in np.split(np.arange(len(s)), np.flatnonzero(np.diff(v) != 0.0) + 1):
+        for part in np.split(np.arange(len(s)), np.flatnonzero(np.diff(v)) + 1):
             # a limit holds up to the station where the next one begins
             part = np.append(part, part[-1] + 1) if part[-1] + 1 < len(s) else part
             if len(part) > 1:

@@ -42,6 +42,7 @@ class _Part:
     lanes: list[tuple[str, int, Floats, Floats]]
     followed: int
     limit: Floats
+    exact: bool
 
 
 def assemble(name: str, network: Network, route: list[list[Step]]) -> Road:
@@ -50,6 +51,13 @@ def assemble(name: str, network: Network, route: list[list[Step]]) -> Road:
     Raises:
         RoadError: lanes that are no longer than a few centimetres, or that do not meet.
     """
+    try:
+        return _assembled(name, network, route)
+    except RoadError as error:
+        raise error if str(error).startswith(network.path) else RoadError(f"{network.path}: {error}") from None
+
+
+def _assembled(name: str, network: Network, route: list[list[Step]]) -> Road:
     parts = [part for steps in route if (part := _part(network, steps)) is not None]
     if not parts:
         raise RoadError(f"{network.path}: the route is shorter than {2 * NEAREST} m, expected a longer one")
@@ -85,7 +93,7 @@ def _part(network: Network, steps: list[Step]) -> _Part | None:
         return None
     at = way_along(middle)
     limit = last.link.limit_at(share[0] * last.link.length + at * ((share[1] - share[0]) * last.link.length / length))
-    return _Part(middle, lanes, followed, limit)
+    return _Part(middle, lanes, followed, limit, first.link.exact)
 
 
 def _cut(line: Floats, share: tuple[float, float]) -> Floats:
@@ -153,16 +161,15 @@ def _merged(lines: list[Floats]) -> tuple[Floats, NDArray[np.intp]]:
     owner = np.repeat(np.arange(len(lines)), [len(points) for points in lines])
     keep = np.ones(len(line), dtype=bool)
     last = len(line) - 1
-    here = 0
-    for k in range(1, len(line)):
+    for k in (np.flatnonzero(np.hypot(*np.diff(line[:, :2], axis=0).T) < NEAREST) + 1).tolist():
+        here = k - 1
+        while not keep[here]:
+            here -= 1
         if np.hypot(line[k, 0] - line[here, 0], line[k, 1] - line[here, 1]) >= NEAREST:
-            here = k
-        elif k == last:
+            continue
+        if k == last or owner[k] != owner[here]:
+            # the end and the joints stay, the point just before them goes, unless it is the start
             keep[here] = here == 0
-        elif owner[k] != owner[here]:
-            # the joint stays, the point just before it goes, unless it is the start
-            keep[here] = False
-            here = k
         else:
             keep[k] = False
     return line[keep], owner[keep]
@@ -175,7 +182,7 @@ def _measured(curve: PlanarCurve, part: _Part, stations: Floats) -> tuple[Floats
     for k, (_, _, left_line, right_line) in enumerate(part.lanes):
         offsets, heights = [], []
         for line in (right_line, left_line):
-            fine = dense(line)
+            fine = line if part.exact else dense(line)
             s = way_along(fine)
             near = np.clip(start + s / max(s[-1], 1e-9) * way_along(part.middle)[-1], 0.0, curve.length)
             offsets.append(offsets_beside(curve, fine, near, stations))

@@ -211,7 +211,7 @@ class PlanarCurve:
                 break
         place, d1 = self.pieces(u, 1)
         gap = points - place
-        offset = (d1[..., 0] * gap[..., 1] - d1[..., 1] * gap[..., 0]) / np.hypot(d1[..., 0], d1[..., 1])
+        offset = (d1[..., 0] * gap[..., 1] - d1[..., 1] * gap[..., 0]) / np.maximum(np.hypot(d1[..., 0], d1[..., 1]), 1e-12)
         return u, turns, offset
 
 

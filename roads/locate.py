@@ -216,7 +216,7 @@ class Tracker:
             length = self._stations[-1]
             apart = abs(apart - length * floor(apart / length + 0.5))
         side = tx * gy - ty * gx
-        distance = hypot(gx, gy) if u in (first, last) else abs(side) / square**0.5
+        distance = hypot(gx, gy) if not closed and u in (first, last) else abs(side) / square**0.5
         if not (apart <= self.window and distance <= self.window):
             return None
         self._u, self._s, self._piece = u, s, piece

@@ -39,6 +39,7 @@ class Link:
         against: whether each of `beside` leads the other way.
         limits: (from, speed): limit in m/s from that distance (m) along the link on; inf where none is posted.
         left_hand: traffic keeps left.
+        exact: the borders' points lie on a curve, close enough together; else they are corners of a polyline.
     """
 
     id: str
@@ -52,6 +53,7 @@ class Link:
     against: tuple[bool, ...] = ()
     limits: tuple[tuple[float, float], ...] = ((0.0, np.inf),)
     left_hand: bool = False
+    exact: bool = False
 
     @cached_property
     def borders(self) -> tuple[Floats, Floats]:

@@ -228,7 +228,9 @@ def _way(
 ) -> tuple[float, list[list[Step]]] | None:
     (first, share), (last, until) = begin, finish
     start_link, goal_link = network.links[first], network.links[last]
-    side_by_side = last == first or (last in start_link.beside and not goal_link.against[goal_link.beside.index(first)])
+    # neighbours of a damaged file need not know of each other
+    same_way = dict(zip(goal_link.beside, goal_link.against, strict=True)).get(first) is False
+    side_by_side = last == first or (last in start_link.beside and same_way)
     if side_by_side and share < until:
         chain = _across(network, first, last)
         if chain is not None:

@@ -73,6 +73,13 @@ class _Bytes:
             raise self.damaged(f"{len(content)} bytes are no whole number of {form.name}")
         return np.frombuffer(content, form)
 
+    def whole_numbers(self) -> list[int]:
+        """The next element as whole numbers."""
+        found = self.numbers()
+        if found.dtype.kind not in "iu":
+            raise self.damaged("fractions where whole numbers are expected")
+        return found.tolist()
+
 
 def read_variables(path: Path) -> Values:
     """Names and values of the real numeric arrays, and of the structs of them, in the order of the file.
@@ -112,11 +119,11 @@ def _unpacked(path: Path, content: bytes, left: int) -> bytes:
 
 def _array(source: _Bytes, depth: int) -> tuple[str, Floats | Values | None]:
     """Name and value of one array; None where it is of a kind that is left aside (text, cells, objects, complex, sparse)."""
-    flags = source.numbers()
-    if len(flags) < 1:
+    flags = source.whole_numbers()
+    if not flags:
         raise source.damaged("an array without flags")
-    flag = int(flags[0].astype(np.int64))
-    shape = [int(length) for length in source.numbers().astype(np.int64)]
+    flag = flags[0]
+    shape = source.whole_numbers()
     name = source.element()[1].decode("ascii", "replace")
     kind = flag & 0xFF
     if kind == _STRUCT and depth == 0:
@@ -133,7 +140,7 @@ def _struct(source: _Bytes, shape: list[int]) -> Values | None:
     """Fields of a single struct; arrays of structs are left aside."""
     if any(length != 1 for length in shape):
         return None
-    (width, *_) = [int(length) for length in source.numbers().astype(np.int64)] or [0]
+    (width, *_) = source.whole_numbers() or [0]
     text = source.element()[1]
     if not 0 < width <= 64 or len(text) % width:
         raise source.damaged(f"field names of {width} letters in {len(text)} bytes")

@@ -125,8 +125,10 @@ def roundabout() -> NetworkBuilder:
     return town
 
 
+ROADS = (commute, rural, descent, handling)
+
 if __name__ == "__main__":
-    for make in (commute, rural, descent, handling):
+    for make in ROADS:
         made = make()
         write(made, SHELF / f"{made.name}.xodr")
         print(f"{made.name}: {made.length:.1f} m")

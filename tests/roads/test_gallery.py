@@ -1,17 +1,37 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import roads
-from roads.gallery.archetypes import ARCHETYPES
+from roads.gallery.archetypes import ROADS, roundabout
+from roads.gallery.shelf import find
 
 
-@pytest.mark.parametrize("make", ARCHETYPES)
-def test_stored_file_is_what_the_builder_makes(make):
+@pytest.mark.parametrize("make", ROADS)
+def test_stored_file_is_what_the_builder_makes(make, tmp_path: Path):
     made = make()
+    roads.write(made, tmp_path / "again.xodr")
+    assert (tmp_path / "again.xodr").read_text() == find(made.name).read_text()
     stored = roads.open_road(made.name)
-    assert np.max(np.abs(made.reference.position(made.s) - stored.reference.position(stored.s))) < 1e-5
-    assert np.allclose(stored.speed_limit, made.speed_limit, atol=1e-6)
-    assert np.allclose(stored.height, made.height, atol=1e-5)
+    s = np.linspace(0.0, made.length, 3001)
+    assert np.max(np.hypot(*(made.reference.position(s) - stored.reference.position(s)).T)) < 1e-4
+    assert np.max(np.abs(made.height_at(s) - stored.height_at(s))) < 1e-3
+    inner = s[1:-1] + 0.3
+    assert np.mean(made.speed_limit_at(inner) != stored.speed_limit_at(inner)) < 0.002
+
+
+def test_stored_network_is_what_the_builder_makes(tmp_path: Path):
+    roundabout().write(tmp_path / "again.xodr")
+    assert (tmp_path / "again.xodr").read_text() == find("roundabout").read_text()
+
+
+def test_handling_course_closes_smoothly():
+    road = roads.open_road("handling")
+    assert road.closed
+    before, after = road.length - 1e-6, 1e-6
+    assert np.allclose(road.reference.position(before), road.reference.position(after), atol=1e-5)
+    assert road.reference.heading(road.length) - road.reference.heading(0.0) == pytest.approx(2 * np.pi, abs=1e-6)
 
 
 def test_archetypes_have_the_features_of_the_published_roads():

@@ -153,7 +153,7 @@ def _speeds(road: Road, s: Floats) -> tuple[tuple[float, float], ...]:
     limit = road.speed_limit
     if not np.any(np.isfinite(limit)):
         return ()
-    changes = np.append(0, np.flatnonzero(np.diff(limit) != 0.0) + 1)
+    changes = np.append(0, np.flatnonzero(limit[1:] != limit[:-1]) + 1)
     return tuple((float(s[k]), float(limit[k])) for k in changes)
 
 

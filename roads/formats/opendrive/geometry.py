@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import RoadError
-from ...plan_view import PlanView
+from ...plan_view import LONGEST_STEP, PlanView
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,7 +25,7 @@ SAG = 1e-4
 #: And of banks, rad: a tenth of a millimetre ten metres from the reference line.
 SAG_BANK = 1e-5
 #: Most stations of one file; more would be a slip in it.
-MOST_STATIONS = 4_000_000
+MOST_STATIONS = 600_000
 #: A sample of the reference line gives way to a station that something begins at, within this distance, m.
 NEAR = 1e-3
 #: Stations that things begin at are one within this distance, m.
@@ -120,35 +120,66 @@ class Shapes:
         """The shape of one road.
 
         Raises:
-            RoadError: the file's roads need too many stations.
+            RoadError: a road that needs too many stations.
         """
-        return self._made[identity]
+        shapes = self._made
+        if identity not in shapes:
+            road = self._records[identity]
+            raise RoadError(
+                f"{road.place}: road {identity} needs too many stations for its length and curvature, expected fewer than {MOST_STATIONS}"
+            )
+        return shapes[identity]
 
     @cached_property
     def _made(self) -> dict[str, RoadShape]:
-        roads = list(self._records.values())
-        counts = np.array([len(road.elements) for road in roads])
-        owner = np.repeat(np.arange(len(roads)), counts)
-        follows = np.append(False, owner[1:] == owner[:-1])
-        view = PlanView([element for road in roads for element in road.elements], follows)
-        starts = np.concatenate([road.starts for road in roads])
-        if float(np.sum(view.length / view.steps())) > MOST_STATIONS:
-            raise RoadError(f"{roads[0].place}: the roads need more than {MOST_STATIONS} stations for their length and curvature, expected fewer")
-        index, along = view.samples()
-        free_s = along + starts[index]
-        marks = [mark for k, road in enumerate(roads) for mark in _marks(road, k)]
-        fixed_owner = np.repeat([k for k, _ in marks], [len(mark) for _, mark in marks])
-        fixed_s = np.concatenate([mark for _, mark in marks])
-        s, owner_of_s = _merged(fixed_s, fixed_owner, free_s, owner[index])
-        if len(s) > MOST_STATIONS:
-            raise RoadError(f"{roads[0].place}: the roads need more than {MOST_STATIONS} stations for their length and curvature, expected fewer")
-        ends = np.searchsorted(owner_of_s, np.arange(len(roads) + 1))
-        element = _elements_at(s, ends, starts, np.concatenate([[0], np.cumsum(counts)]))
-        points, heading = view.at(element, np.clip(s - starts[element], 0.0, view.length[element]))
-        return {
-            road.id: RoadShape(road, s[a:b], points[a:b], heading[a:b])
-            for road, a, b in zip(roads, ends[:-1].tolist(), ends[1:].tolist(), strict=True)
-        }
+        roads, left = [], float(MOST_STATIONS)
+        for road in self._records.values():
+            need = _stations_needed(road)
+            if need <= left:
+                roads.append(road)
+                left -= need
+        return _shapes(roads) if roads else {}
+
+
+def _stations_needed(road: RoadRecord) -> float:
+    """About how many stations a road takes."""
+    cubics = [road.elevation, road.superelevation, road.lane_offset]
+    cubics += [cubic for section in road.sections for lane in section.lanes if (cubic := lane.width or lane.border) is not None]
+    bent = sum(_counts(cubic, road.length, SAG_BANK if cubic is road.superelevation else SAG) for cubic in cubics if not cubic.is_flat)
+    view = road.length / LONGEST_STEP
+    if len(road.elements) > 1 or road.length > 1e4:
+        each = PlanView(road.elements, np.ones(len(road.elements), dtype=bool))
+        view = float(np.sum(each.length / each.steps())) + 2.0 * len(road.elements)
+    return view + bent + sum(len(cubic.starts) for cubic in cubics)
+
+
+def _counts(cubics: Cubics, end: float, sag: float) -> float:
+    ends = [*cubics.starts[1:], max(end, cubics.starts[-1])]
+    return sum((stop - start) * _finest(row, stop - start, sag) for start, stop, row in zip(cubics.starts, ends, cubics.rows, strict=True))
+
+
+def _finest(row: tuple[float, ...], length: float, sag: float) -> float:
+    """Stations per metre that linear interpolation of a cubic needs."""
+    bend = max(abs(2.0 * row[2]), abs(2.0 * row[2] + 6.0 * row[3] * length))
+    return (bend / (8.0 * sag)) ** 0.5
+
+
+def _shapes(roads: list[RoadRecord]) -> dict[str, RoadShape]:
+    counts = np.array([len(road.elements) for road in roads])
+    owner = np.repeat(np.arange(len(roads)), counts)
+    follows = np.append(False, owner[1:] == owner[:-1])
+    view = PlanView([element for road in roads for element in road.elements], follows)
+    starts = np.concatenate([road.starts for road in roads])
+    index, along = view.samples()
+    marks = [mark for k, road in enumerate(roads) for mark in _marks(road, k)]
+    fixed_owner = np.repeat([k for k, _ in marks], [len(mark) for _, mark in marks])
+    s, owner_of_s = _merged(np.concatenate([mark for _, mark in marks]), fixed_owner, along + starts[index], owner[index])
+    ends = np.searchsorted(owner_of_s, np.arange(len(roads) + 1))
+    element = _elements_at(s, ends, starts, np.concatenate([[0], np.cumsum(counts)]))
+    points, heading = view.at(element, np.clip(s - starts[element], 0.0, view.length[element]))
+    return {
+        road.id: RoadShape(road, s[a:b], points[a:b], heading[a:b]) for road, a, b in zip(roads, ends[:-1].tolist(), ends[1:].tolist(), strict=True)
+    }
 
 
 def _elements_at(s: Floats, ends: NDArray[np.intp], starts: Floats, bounds: NDArray[np.intp]) -> NDArray[np.intp]:

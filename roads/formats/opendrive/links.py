@@ -64,7 +64,7 @@ def _groups(lanes: tuple[LaneRecord, ...]) -> list[list[LaneRecord]]:
 def _link(road: RoadRecord, shapes: Shapes, index: int, lane: LaneRecord, along: int) -> tuple[int, bool, Link]:
     limits = _limits(road, index, lane, along)
     name = _id(road.id, index, lane, along)
-    made = Link(name, road.id, lane.kind, partial(_borders, shapes, road.id, index, lane, along), limits=limits, left_hand=road.left_hand)
+    made = Link(name, road.id, lane.kind, partial(_borders, shapes, road.id, index, lane, along), limits=limits, left_hand=road.left_hand, exact=True)
     return along, lane.direction == 0, made
 
 

@@ -79,13 +79,13 @@ def _road(path: Path, drive: OpenDrive, shapes: Shapes, identity: str) -> Road:
     if not ways:
         raise RoadError(f"{record.place}: road {identity} has no drivable lane, expected one of type {', '.join(sorted(DRIVABLE))}")
     along = 1 if ways & {0, 1} else -1
-    s, rows, sections = _stations(shape)
-    road_lanes, edges = _lanes(shape, sections, rows, along)
-    closed = _is_closed(drive, shape)
-    count = len(rows) - closed
-    curve, along_curve = _curve(shape, closed)
     name = f"{drive.name} {record.name}".strip() if len(drive.roads) > 1 else record.name
     try:
+        s, rows, sections = _stations(shape)
+        road_lanes, edges = _lanes(shape, sections, rows, along)
+        closed = _is_closed(drive, shape)
+        count = len(rows) - closed
+        curve, along_curve = _curve(shape, closed)
         made = Road(
             name,
             curve,
@@ -232,7 +232,7 @@ def _is_closed(drive: OpenDrive, shape: RoadShape) -> bool:
     turn = abs((shape.heading[-1] - shape.heading[0] + np.pi) % (2 * np.pi) - np.pi)
     level = abs(shape.height[-1] - shape.height[0])
     if own and (gap > 0.05 or turn > 0.05):
-        raise RoadError(f"{record.place}: road {record.id} is linked to itself, but its end is {gap:.3f} m and {turn:.3f} rad off its start")
+        raise RoadError(f"road {record.id} is linked to itself, but its end is {gap:.3f} m and {turn:.3f} rad off its start")
     return bool(own or (len(drive.roads) == 1 and record.length > 10.0 and gap < 0.01 and turn < 0.01 and level < 0.01))
 
 
@@ -258,7 +258,7 @@ def _limits(shape: RoadShape, s: Floats, along: int) -> Floats:
 def _drive(s: Floats, lanes: list[Lane], edges: tuple[Floats, Floats], along: int, left_hand: bool, *, closed: bool) -> Lane | None:
     """The lane to follow where no lane leads on from start to end: a change to the neighbour before each one ends."""
     forward = [_wide(lane) for lane in lanes if lane.direction in (0, along)]
-    if not all(any(~np.isnan(lane.right[k]) for lane in forward) for k in range(len(s))):
+    if not np.all(np.any([~np.isnan(lane.right) for lane in forward], axis=0)):
         forward = [lane for lane in lanes if lane.direction in (0, along)]
     through = [lane for lane in forward if lane.kind == "driving"] or forward
     outer = through[::-1] if left_hand == (along > 0) else through
