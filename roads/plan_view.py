@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: A spline through the sampled points stays this close to the elements, m.
 TOLERANCE = 2e-5
+#: Step of curvature that the ends of roads are prepared for, 1/m.
+END_JUMP = 0.1
 #: Longest distance of two samples, m.
 LONGEST_STEP = 2.0
 #: A cubic is measured in this many parts.
@@ -216,7 +218,8 @@ class PlanView:
     def samples(self) -> tuple[NDArray[np.intp], Floats]:
         """Element and arc length along it of every sample, sorted; ends of elements included.
 
-        A step of curvature by dk costs a spline about dk h^2 / 50; towards such steps the samples grade down.
+        A step of curvature by dk costs a spline about dk h^2 / 50; towards such steps the samples grade down. At the ends of a road they do
+        so too: what goes on there may begin with any curvature.
         """
         count = np.maximum(np.ceil(self.length / self.steps()), 2).astype(np.intp)
         index = np.repeat(np.arange(len(count)), count + 1)
@@ -225,8 +228,8 @@ class PlanView:
         s[within == count[index]] = self.length[index[within == count[index]]]
         more_index, more_s = [index], [s]
         step = self.length / count
-        jump = np.where(self.follows, np.abs(self.start - np.roll(self.end, 1)), 0.0)
-        next_jump = np.where(np.roll(self.follows, -1), np.roll(jump, -1), 0.0)
+        jump = np.where(self.follows, np.abs(self.start - np.roll(self.end, 1)), END_JUMP)
+        next_jump = np.roll(jump, -1)
         for size, from_end in ((jump, False), (next_jump, True)):
             first = np.sqrt(50.0 * TOLERANCE / np.maximum(size, 1e-9))
             reach = np.zeros_like(first)

@@ -23,12 +23,13 @@ def test_route_leads_round_the_roundabout(town: roads.Network):
 
 def test_route_is_smooth_across_its_links(town: roads.Network):
     road = town.route("west/0/1", "north")
-    # where the way in meets the ring and leaves it, the heading is the ring's, within 0.1 mrad, though the curvature changes at once
+    # where the way in meets the ring and leaves it the curvature changes at once by 0.2 1/m; a curve with continuous curvature rounds that off
+    # over 0.1 m, which turns its heading there by 2 mrad and moves it by less than 0.1 mm
     for angle in (np.pi + np.radians(25.0), 2.5 * np.pi - np.radians(25.0)):
         s, off = road.reference.locate([[16.25 * np.cos(angle), 16.25 * np.sin(angle)]])
         assert abs(off[0]) < 1e-4
         turn = float(road.reference.heading(s[0])) - (angle + 0.5 * np.pi)
-        assert abs((turn + np.pi) % (2 * np.pi) - np.pi) < 1e-4
+        assert abs((turn + np.pi) % (2 * np.pi) - np.pi) < 3e-3
     # and the reference is the middle of the lanes driven, within 1 mm
     for group in town.steps("west/0/1", "north"):
         for step in group:
