@@ -21,7 +21,7 @@ TOLERANCE = 2e-5
 #: Step of curvature that the ends of roads are prepared for, 1/m.
 END_JUMP = 0.1
 #: Longest distance of two samples, m.
-LONGEST_STEP = 2.0
+LONGEST_STEP = 5.0
 #: A cubic is measured in this many parts.
 _PARTS = 16
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 Extent = Literal["lane", "own", "road"]
 
+#: Where a cross-section changes at once data lie a centimetre apart; a curve is drawn through every place at most this close, m.
+KNOTS = 0.02
 #: Stands for a quantity that was not given; no road has as few stations.
 _UNSET = np.zeros(0)
 
@@ -186,11 +188,18 @@ class Road:
     def lane_centre(self, lane: Lane | None = None) -> PlanarCurve:
         """The centre curve of `lane` (default: the driving lane)."""
         lane = lane or self.driving_lane()
-        middle = 0.5 * (lane.left + lane.right)
-        if not np.any(middle):
-            return self.reference
-        points = self.reference.position(self.s) + middle[:, None] * self.reference.normal(self.s)
-        return PlanarCurve.through(points, closed=self.closed)
+        s = self.knots
+        middle = np.interp(s, self.s, 0.5 * (lane.left + lane.right))
+        return PlanarCurve.through(self.reference.position(s) + middle[:, None] * self.reference.normal(s), closed=self.closed)
+
+    @cached_property
+    def knots(self) -> Floats:
+        """Stations that curves beside the road are drawn through: `s` without those that lie within `KNOTS` m of the one before."""
+        keep = np.append(True, np.diff(self.s) > KNOTS)
+        if not keep[-1]:
+            keep[np.flatnonzero(keep)[-1]] = np.count_nonzero(keep) == 1
+            keep[-1] = True
+        return self.s[keep]
 
     def corridor(self, extent: Extent = "own", margin: float = 0.0) -> Corridor:
         """The strip that a point may use: `lane` (the driving lane), `own` (all lanes that lead this way), `road` (edge to edge).

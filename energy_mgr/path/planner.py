@@ -131,7 +131,7 @@ def _refuse_narrow(corridor: Corridor) -> None:
 
 
 def _follow_lane(road: Road, corridor: Corridor, lane: PlanarCurve, cost: float, started: float) -> Path:
-    knots = np.append(road.s, road.length) if road.closed else road.s
+    knots = np.append(road.knots, road.length) if road.closed else road.knots
     stations, beyond = _violations(corridor, lane, knots)
     worst = float(np.max(beyond))
     if worst > VIOLATION_TOLERANCE:

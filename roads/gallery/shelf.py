@@ -16,9 +16,13 @@ if TYPE_CHECKING:
 SHELF = Path(__file__).parent
 
 
+#: Shipped files that hold a network rather than one road.
+NETWORKS = ("roundabout",)
+
+
 def shipped() -> list[str]:
-    """Names of the roads and networks that ship with the package."""
-    return sorted(path.stem for path in SHELF.glob("*.xodr"))
+    """Names of the roads that ship with the package."""
+    return sorted(path.stem for path in SHELF.glob("*.xodr") if path.stem not in NETWORKS)
 
 
 def find(name_or_path: str | PathLike[str]) -> Path:
@@ -29,14 +33,15 @@ def find(name_or_path: str | PathLike[str]) -> Path:
     """
     path = Path(name_or_path)
     if path.suffix == "" and not path.is_file():
-        if str(name_or_path) not in shipped():
-            raise RoadError(f"{name_or_path}: no such file and no shipped road, expected a road file or one of {', '.join(shipped())}")
+        known = [*shipped(), *NETWORKS]
+        if str(name_or_path) not in known:
+            raise RoadError(f"{name_or_path}: no such file and no shipped road, expected a road file or one of {', '.join(known)}")
         return SHELF / f"{name_or_path}.xodr"
     return path
 
 
 def open_road(name_or_path: str | PathLike[str], **options: Any) -> Road:
-    """The shipped road of that name, or the road file at that path; options as in `roads.read`.
+    """The shipped road (or network) of that name, or the road file at that path; options as in `roads.read`.
 
     Raises:
         RoadError: neither a shipped road nor a readable road file.

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 SAG = 1e-4
 #: And of banks, rad: a tenth of a millimetre ten metres from the reference line.
 SAG_BANK = 1e-5
-#: Most stations of one file; more would be a slip in it.
-MOST_STATIONS = 600_000
+#: Most stations of one road and of one file; more would be a slip in it.
+MOST_STATIONS, MOST_OF_ALL = 250_000, 2_000_000
 #: A sample of the reference line gives way to a station that something begins at, within this distance, m.
 NEAR = 1e-3
 #: Stations that things begin at are one within this distance, m.
@@ -132,10 +132,10 @@ class Shapes:
 
     @cached_property
     def _made(self) -> dict[str, RoadShape]:
-        roads, left = [], float(MOST_STATIONS)
+        roads, left = [], float(MOST_OF_ALL)
         for road in self._records.values():
             need = _stations_needed(road)
-            if need <= left:
+            if need <= min(left, MOST_STATIONS):
                 roads.append(road)
                 left -= need
         return _shapes(roads) if roads else {}
@@ -241,7 +241,7 @@ def _spread(cubics: Cubics, end: float, last: float, sag: float = SAG) -> Floats
         if high <= low:
             continue
         bend = max(abs(2.0 * c + 6.0 * d * (low - start)), abs(2.0 * c + 6.0 * d * (high - start)))
-        count = min((high - low) * np.sqrt(bend / (8.0 * sag)), MOST_STATIONS)
+        count = min((high - low) * np.sqrt(bend / (8.0 * sag)), 2.0 * MOST_STATIONS)
         if count > 1.0:
             marks.append(np.linspace(low, high, int(np.ceil(count)) + 1))
     return np.concatenate(marks)
