@@ -14,15 +14,19 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 
+#: A line is given no more further points.
+MOST_POINTS = 100_000
+
+
 def way_along(line: Floats) -> Floats:
     """(n,) distance in m along the polyline `line` (n, 2 or more), in plan."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
 
 
 def dense(line: Floats, spacing: float = 1.0) -> Floats:
-    """`line` (n, k) with further points so that none are more than `spacing` (m) apart."""
+    """`line` (n, k) with further points so that none are more than `spacing` (m) apart; on lines beyond 100 km a hundred thousand more."""
     s = way_along(line)
-    fine = np.union1d(s, np.linspace(0.0, s[-1], int(np.ceil(s[-1] / spacing)) + 1))
+    fine = np.union1d(s, np.linspace(0.0, s[-1], int(min(np.ceil(s[-1] / spacing), MOST_POINTS)) + 1))
     return np.column_stack([np.interp(fine, s, line[:, axis]) for axis in range(line.shape[1])])
 
 

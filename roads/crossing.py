@@ -22,13 +22,10 @@ def self_crossings(points: Floats, *, closed: bool) -> Iterator[tuple[int, int, 
     count = len(line) - 1
     meets = bool(np.hypot(*(line[-1] - line[0])) < 1e-6)
     starts, ends, owner = _pieces(line)
-    for a, b in _close_pairs(starts, ends):
-        i, j = sorted((int(owner[a]), int(owner[b])))
-        if j - i <= 1 or (meets and i == 0 and j == count - 1):
-            continue
-        place = _crossing(line[i], line[i + 1], line[j], line[j + 1])
-        if place is not None:
-            yield i, j, place
+    pairs = np.sort(owner[_close_pairs(starts, ends)], axis=1)
+    apart = pairs[:, 1] - pairs[:, 0]
+    pairs = pairs[(apart > 1) & ~(meets & (pairs[:, 0] == 0) & (pairs[:, 1] == count - 1))]
+    yield from _crossings(line, line, pairs)
 
 
 def mutual_crossings(first: Floats, second: Floats) -> Iterator[tuple[int, int, Floats]]:
@@ -36,13 +33,23 @@ def mutual_crossings(first: Floats, second: Floats) -> Iterator[tuple[int, int, 
     one, other = _pieces(first), _pieces(second)
     starts, ends, owner = np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1]]), np.concatenate([one[2], other[2]])
     split = len(one[0])
-    for a, b in _close_pairs(starts, ends):
-        if (a < split) == (b < split):
-            continue
-        i, j = int(owner[min(a, b)]), int(owner[max(a, b)])
-        place = _crossing(first[i], first[i + 1], second[j], second[j + 1])
-        if place is not None:
-            yield i, j, place
+    found = _close_pairs(starts, ends)
+    found = np.sort(found[(found[:, 0] < split) != (found[:, 1] < split)], axis=1)
+    yield from _crossings(first, second, owner[found])
+
+
+def _crossings(one: Floats, other: Floats, pairs: NDArray[np.intp]) -> Iterator[tuple[int, int, Floats]]:
+    """Of `pairs` (k, 2) of segments of the polylines those that cross or touch, with the place; parallel segments never count."""
+    a, b = one[pairs[:, 0]], one[pairs[:, 0] + 1]
+    c, d = other[pairs[:, 1]], other[pairs[:, 1] + 1]
+    along, across, gap = b - a, d - c, c - a
+    det = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]
+    parallel = np.abs(det) < 1e-12 * np.hypot(*along.T) * np.hypot(*across.T)
+    det = np.where(parallel, 1.0, det)
+    t = (gap[:, 0] * across[:, 1] - gap[:, 1] * across[:, 0]) / det
+    u = (gap[:, 0] * along[:, 1] - gap[:, 1] * along[:, 0]) / det
+    for k in np.flatnonzero(~parallel & (t >= 0.0) & (t <= 1.0) & (u >= 0.0) & (u <= 1.0)).tolist():
+        yield int(pairs[k, 0]), int(pairs[k, 1]), a[k] + t[k] * along[k]
 
 
 def _pieces(line: Floats) -> tuple[Floats, Floats, NDArray[np.intp]]:
@@ -81,15 +88,3 @@ def _close_pairs(starts: Floats, ends: Floats) -> NDArray[np.intp]:
         found.append(np.sort(np.column_stack([a[overlap], b[overlap]]), axis=1))
     pairs = np.concatenate(found)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
-
-
-def _crossing(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats | None:
-    """The point where segment ab crosses or touches cd, None where it does not (parallel segments never count)."""
-    along, across = b - a, d - c
-    det = along[0] * across[1] - along[1] * across[0]
-    if abs(det) < 1e-12 * np.hypot(*along) * np.hypot(*across):
-        return None
-    gap = c - a
-    t = (gap[0] * across[1] - gap[1] * across[0]) / det
-    u = (gap[0] * along[1] - gap[1] * along[0]) / det
-    return a + t * along if 0.0 <= t <= 1.0 and 0.0 <= u <= 1.0 else None

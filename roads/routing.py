@@ -29,6 +29,8 @@ SHORT = 15.0
 NARROW = 2.0
 #: Speed where no limit is posted, m/s.
 UNPOSTED = 50.0 / 3.6
+#: Places at which the lanes of a network are looked up, at most.
+MOST_SAMPLES = 1_000_000
 #: A position may be this far from the middle of the nearest lane, m.
 FAR = 50.0
 
@@ -92,9 +94,10 @@ def nearest_link(network: Network, x: float, y: float) -> tuple[str, float, floa
     cached = getattr(network, "_nearest", None)
     if cached is None:
         points, owners = [], []
+        spacing = max(1.0, sum(network.lengths.values()) / MOST_SAMPLES)
         for name, link in network.links.items():
             try:
-                s = np.linspace(0.0, link.length, max(int(link.length / 1.0), 1) + 1)
+                s = np.linspace(0.0, link.length, max(int(link.length / spacing), 1) + 1)
             except RoadError:
                 continue
             points.append(np.column_stack([np.interp(s, link.stations, link.centre[:, axis]) for axis in (0, 1)] + [s]))
@@ -102,20 +105,20 @@ def nearest_link(network: Network, x: float, y: float) -> tuple[str, float, floa
         if not points:
             raise RoadError(f"{network.path}: no usable lane")
         table = np.concatenate(points)
-        cached = cKDTree(table[:, :2]), table[:, 2], owners
+        cached = cKDTree(table[:, :2]), table[:, 2], owners, spacing
         network._nearest = cached  # pyright: ignore[reportAttributeAccessIssue]
-    tree, along, owners = cached
+    tree, along, owners, spacing = cached
     _, at = tree.query([x, y])
     link = network.links[owners[int(at)]]
-    s, distance = _foot(link, float(along[int(at)]), np.array([x, y]))
+    s, distance = _foot(link, float(along[int(at)]), np.array([x, y]), spacing)
     return link.id, s, distance
 
 
-def _foot(link: Link, about: float, point: Floats) -> tuple[float, float]:
+def _foot(link: Link, about: float, point: Floats, spacing: float) -> tuple[float, float]:
     """The foot of `point` on the centre line near `about` (m)."""
     line, s = link.centre[:, :2], link.stations
-    low = max(int(np.searchsorted(s, about - 2.0)) - 1, 0)
-    high = min(int(np.searchsorted(s, about + 2.0)) + 1, len(s) - 1)
+    low = max(int(np.searchsorted(s, about - 2.0 * spacing)) - 1, 0)
+    high = min(int(np.searchsorted(s, about + 2.0 * spacing)) + 1, len(s) - 1)
     a, move = line[low:high], np.diff(line[low : high + 1], axis=0)
     share = np.clip(np.sum((point - a) * move, axis=1) / np.maximum(np.sum(move**2, axis=1), 1e-12), 0.0, 1.0)
     distance = np.hypot(*(a + share[:, None] * move - point).T)

@@ -1,8 +1,9 @@
 """Smoothing of noisy centre lines: the line with least change of curvature that stays within a stated distance of the points.
 
 What is minimised is `sum m_i |z_i - y_i|^2 + lam int |z'''(s)|^2 ds` over places z beside the points y, a banded system of width 3. `lam` is
-the largest one of a geometric ladder that leaves the typical deviation at a third of the bound; then the weights m of points farther off
-than the bound grow until none is. Every step costs time in proportion to the number of points.
+the largest one of a geometric ladder that leaves the typical deviation at a third of the bound and the largest near it; then the weights m of
+points farther off than the bound grow until none is, with a weaker `lam` where that does not end. Every step costs time in proportion to the
+number of points.
 
 The bound is kept at the points and, by the final check, by the curve through the new points at the old ones.
 """
@@ -28,9 +29,11 @@ if TYPE_CHECKING:
 
 #: Share of the bound that the root mean square deviation is led to before single points are pulled back.
 _TYPICAL = 1.0 / 3.0
+#: And share of it that no point may exceed before that.
+_FARTHEST = 1.3
 #: A closed line is wound on by this many points at both ends.
 _WRAP = 200
-_ROUNDS = 60
+_ROUNDS = 12
 
 
 @dataclass(frozen=True)
@@ -80,23 +83,31 @@ def smooth_points(points: ArrayLike, bound: float, *, closed: bool = False) -> F
     scale = 1.0 / float(np.median(penalty.bands[-1]))
     lam = scale
     for factor in 10.0 ** np.arange(0.0, 12.0, 0.5):
-        found = _solved(line, weight, scale * factor, penalty)
-        if float(np.sqrt(np.mean(_distance(found, line)[inner] ** 2))) > _TYPICAL * bound:
+        off = _distance(_solved(line, weight, scale * factor, penalty), line)[inner]
+        if float(np.sqrt(np.mean(off**2))) > _TYPICAL * bound or float(np.max(off)) > _FARTHEST * bound:
             break
         lam = scale * factor
+    while lam > 1e-6 * scale:
+        found = _pulled_back(line, weight.copy(), lam, penalty, bound, inner, closed)
+        if found is not None:
+            return found
+        lam *= 0.1
+    return points.copy()
+
+
+def _pulled_back(line: Floats, weight: Floats, lam: float, penalty: _Penalty, bound: float, inner: slice, closed: bool) -> Floats | None:
+    """The smoothed points with all of them within `bound`; None where that takes a weaker penalty."""
     # the bound is on the curve as well as on its points: a little is kept in hand for what lies between
     aim = 0.9 * bound
     for _ in range(_ROUNDS):
-        best = _solved(line, weight, lam, penalty)
-        off = _distance(best, line)
+        found = _solved(line, weight, lam, penalty)
+        off = _distance(found, line)
         if closed:
-            off = np.maximum(off, _rolled(off[inner], len(line), wrap))
-        if np.max(off[inner]) <= aim and _kept(best[inner], points, bound, closed):
-            return best[inner]
-        weight *= np.maximum(off / (0.8 * aim), 1.0) ** 3
+            off = np.maximum(off, _rolled(off[inner], len(line), inner.start))
         if np.max(off[inner]) <= aim:
-            lam *= 0.3
-    return points.copy()
+            return found[inner] if _kept(found[inner], line[inner], bound, closed) else None
+        weight *= np.maximum(off / (0.8 * aim), 1.0) ** 3
+    return None
 
 
 def _rolled(off: Floats, count: int, wrap: int) -> Floats:

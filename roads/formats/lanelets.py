@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 #: Vertices closer than this are one, m.
 SAME = 1e-3
+#: No single lane is longer, m.
+LONGEST = 1e6
 #: Pieces at the ends of a lane, whose neighbours are other lanes', count as short ones from this length on, m.
 ALONE = 5.0
 
@@ -134,6 +136,8 @@ def paired(lanelet: Lanelet) -> tuple[Floats, Floats]:
     keep = np.append(True, steps > SAME)
     if np.count_nonzero(keep) < 2:
         raise RoadError(f"{lanelet.place}: lane {lanelet.id} is {float(np.sum(steps)):.4f} m long, expected more")
+    if float(np.sum(steps)) > LONGEST:
+        raise RoadError(f"{lanelet.place}: lane {lanelet.id} is {float(np.sum(steps)):.3g} m long, expected at most {LONGEST:g} m")
     left, right, centre = left[keep], right[keep], centre[keep]
     # left must be to the left of the way; a lanelet drawn the wrong way round would be driven on the wrong side
     way = np.gradient(centre[:, :2], axis=0)
