@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .borders import dense, offsets_beside, way_along
+from .borders import dense, places_beside, way_along
 from .curve import PlanarCurve, read_only
 from .errors import RoadError
 from .road import Lane, Road
@@ -32,6 +32,8 @@ BLEND = 30.0
 GAP, KINK = 3.0, 0.7
 #: A change of lane takes at most this way, m.
 CHANGE = 80.0
+#: And at least this way for each lane, m.
+LEAST_CHANGE = 12.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +89,7 @@ def _part(network: Network, steps: list[Step]) -> _Part | None:
             followed = len(lanes)
         lanes.append((name, -1 if is_against else 1, _cut(left, share), _cut(right, share)))
     middles += [_cut(step.link.centre, share) for step in steps]
-    middle = middles[0] if len(middles) == 1 else _changed(middles)
+    middle = middles[0] if len(middles) == 1 else _changed(network, steps, middles)
     length = float(way_along(middle)[-1])
     if length < NEAREST:
         return None
@@ -107,20 +109,44 @@ def _cut(line: Floats, share: tuple[float, float]) -> Floats:
     return np.column_stack([np.interp(at, s, line[:, axis]) for axis in range(3)])
 
 
-def _changed(middles: list[Floats]) -> Floats:
-    """From the first to the last of lines that lie side by side, smoothly, at the end of the stretch."""
-    start = middles[0]
-    s = way_along(start)
-    # a change needs points to show in
-    fine = np.union1d(s, np.linspace(0.0, s[-1], max(int(s[-1]), 2) + 1))
-    first = np.column_stack([np.interp(fine, s, start[:, axis]) for axis in range(3)])
-    other = middles[-1]
-    t = way_along(other)
-    last = np.column_stack([np.interp(fine / max(s[-1], 1e-9), t / max(t[-1], 1e-9), other[:, axis]) for axis in range(3)])
-    way = min(CHANGE * (len(middles) - 1), float(s[-1]))
-    share = np.clip((fine - (s[-1] - way)) / way, 0.0, 1.0)
-    share = (share**3 * (10.0 - 15.0 * share + 6.0 * share**2))[:, None]
+def _changed(network: Network, steps: list[Step], middles: list[Floats]) -> Floats:
+    """From the first to the last of lines that lie side by side, smoothly, at the end of the stretch.
+
+    Raises:
+        RoadError: too little way for the change.
+    """
+    s = way_along(middles[0])
+    changes = len(middles) - 1
+    if s[-1] < LEAST_CHANGE * changes:
+        raise RoadError(
+            f"{network.path}: changing from lane {steps[0].link.id} to {steps[-1].link.id} takes at least {LEAST_CHANGE * changes:g} m, "
+            f"{s[-1]:.1f} m are left"
+        )
+    way = min(CHANGE * changes, float(s[-1]))
+    begin = float(s[-1]) - way
+    fine = np.concatenate([s[s < begin - 0.5], np.linspace(begin, s[-1], max(int(way), 12) + 1)])
+    first, last = _along(middles[0], fine / s[-1]), _along(middles[-1], fine / s[-1])
+    share = _eased(np.clip((fine - begin) / way, 0.0, 1.0))[:, None]
     return (1.0 - share) * first + share * last
+
+
+def _along(line: Floats, share: Floats) -> Floats:
+    """Places (n, 3) at shares of the length of `line`: on the spline through its points, heights linear."""
+    s = way_along(line)
+    keep = np.append(True, np.diff(s) > NEAREST)
+    keep[-1] = True
+    if len(s) > 2 and s[-1] - s[-2] <= NEAREST:
+        keep[-2] = False
+    keep[0] = True
+    curve = PlanarCurve.through(line[keep, :2])
+    # the spline's own length runs a little ahead of the polyline's
+    at = np.interp(share * s[-1], s[keep], curve.breaks_s)
+    return np.column_stack([curve.position(at), np.interp(share * s[-1], s, line[:, 2])])
+
+
+def _eased(share: Floats) -> Floats:
+    """From 0 to 1 with two vanishing derivatives at both ends."""
+    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
 
 
 def _check_joints(network: Network, route: list[list[Step]], parts: list[_Part]) -> None:
@@ -148,10 +174,9 @@ def _blended(middles: list[Floats]) -> list[Floats]:
             continue
         s = way_along(line)
         way = min(BLEND, float(s[-1]))
-        fine = np.union1d(s, np.linspace(0.0, way, max(int(2 * way), 8)))
-        line = np.column_stack([np.interp(fine, s, line[:, axis]) for axis in range(3)])
-        left = np.clip(1.0 - fine / way, 0.0, 1.0)
-        found.append(line + (left**3 * (10.0 - 15.0 * left + 6.0 * left**2))[:, None] * miss)
+        fine = np.concatenate([np.linspace(0.0, way, max(int(2 * way), 8) + 1), s[s > way + 0.25]])
+        line = _along(line, fine / s[-1])
+        found.append(line + _eased(np.clip(1.0 - fine / way, 0.0, 1.0))[:, None] * miss)
     return found
 
 
@@ -185,8 +210,9 @@ def _measured(curve: PlanarCurve, part: _Part, stations: Floats) -> tuple[Floats
             fine = line if part.exact else dense(line)
             s = way_along(fine)
             near = np.clip(start + s / max(s[-1], 1e-9) * way_along(part.middle)[-1], 0.0, curve.length)
-            offsets.append(offsets_beside(curve, fine, near, stations))
-            heights.append(np.interp(stations, near, fine[:, 2]))
+            offset, height = places_beside(curve, fine, near, stations)
+            offsets.append(offset)
+            heights.append(height)
         right.append(np.minimum(*offsets))
         left.append(np.maximum(*offsets))
         if k == part.followed:

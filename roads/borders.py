@@ -35,6 +35,12 @@ def offsets_beside(curve: PlanarCurve, line: Floats, near: Floats, stations: Flo
 
     Exact at the line's points; between them the offset runs linearly over the station. Beyond the line's ends it stays.
     """
+    return places_beside(curve, line[:, :2], near, stations)[0]
+
+
+def places_beside(curve: PlanarCurve, line: Floats, near: Floats, stations: Floats) -> tuple[Floats, ...]:
+    """As `offsets_beside`, followed by the further columns of `line` (n, 2 + k), such as heights, at the same stations."""
     found, offset = curve.project(line[:, :2], near)
     order = np.argsort(found, kind="stable")
-    return np.interp(stations, found[order], offset[order], period=curve.length if curve.closed else None)
+    period = curve.length if curve.closed else None
+    return tuple(np.interp(stations, found[order], values[order], period=period) for values in (offset, *line[:, 2:].T))

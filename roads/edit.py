@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 #: Ends of roads that are to be joined may be this far apart, m and rad.
 GAP, KINK = 0.01, 0.01
+#: No road is resampled to more points.
+MOST_POINTS = 5_000_000
+#: Edges that change at a joint do so within this stretch, m.
+AT_ONCE = 0.01
 #: And their heights by this much, m.
 STEP = 0.1
 
@@ -29,7 +33,7 @@ STEP = 0.1
 def reversed_road(road: Road) -> Road:
     """`road` in the other direction: lanes swap sides and directions; a posted limit covers the same ground.
 
-    A road that was drawn with elements loses them: its writers fall back on the spline.
+    The road knows one limit for both directions. A road that was drawn with elements loses them: its writers fall back on the spline.
     """
 
     def turned(values: Floats) -> Floats:
@@ -54,9 +58,16 @@ def reversed_road(road: Road) -> Road:
         turned(road.friction),
         drive=None if road.drive is None or road.drive.direction > 0 else other(road.drive),
         left_hand=road.left_hand,
-        columns={name: turned(values) for name, values in road.columns.items()},
+        columns={name: turned(_from_the_other_end(name, values)) for name, values in road.columns.items()},
         origin=road.origin,
     )
+
+
+def _from_the_other_end(name: str, values: Floats) -> Floats:
+    """What a column says when the road is driven the other way: distances and times count from the end, curvature changes sign."""
+    if name in ("s", "t"):
+        return values[-1] - values
+    return {"psi": values + np.pi, "kappa": -values, "a": -values}.get(name, values)
 
 
 def _backwards(curve: PlanarCurve) -> PlanarCurve:
@@ -101,7 +112,9 @@ def resampled_road(road: Road, spacing: float) -> Road:
     """
     if not 0.0 < spacing < np.inf:
         raise RoadError(f"{road.name}: spacing {spacing} m, expected more than 0")
-    count = max(int(np.ceil(road.length / spacing - 1e-9)), 3 if road.closed else 1)
+    count = max(int(np.ceil(min(road.length / spacing, 1e12) - 1e-9)), 3 if road.closed else 1)
+    if count > MOST_POINTS:
+        raise RoadError(f"{road.name}: spacing {spacing:g} m makes {count:.3g} points, expected at most {MOST_POINTS}")
     s = np.linspace(0.0, road.length, count + 1)
     s = s[:-1] if road.closed else s
     curve = PlanarCurve.through(road.reference.position(s), closed=road.closed)
@@ -129,30 +142,50 @@ def join(roads: Sequence[Road], name: str | None = None) -> Road:
     name = name or " + ".join(road.name for road in roads)
     for before, after in pairwise(roads):
         _check_joint(name, before, after)
-    points = np.concatenate([road.reference.position(road.s)[1 if k else 0 :] for k, road in enumerate(roads)])
+    points = np.concatenate([road.reference.position(road.knots)[1 if k else 0 :] for k, road in enumerate(roads)])
     curve = PlanarCurve.through(points)
+    ends = np.concatenate([[0.0], np.cumsum([road.length for road in roads])]) * (curve.length / sum(road.length for road in roads))
+    parts = [_part_of(road, ends[k], ends[k + 1], first=k == 0, last=k == len(roads) - 1) for k, road in enumerate(roads)]
+    own = [np.full(len(part.s), k) for k, part in enumerate(parts)]
+    s, owner = np.concatenate([part.s for part in parts]), np.concatenate(own)
 
     def chained(pick: Callable[[Road], Floats]) -> Floats:
-        return read_only(np.concatenate([pick(road)[1 if k else 0 :] for k, road in enumerate(roads)]))
+        return np.concatenate([pick(part) for part in parts])
 
-    # the limit, the edges and the lanes at a joint are those of the road that begins there, so that no edge is wider than its road
-    def chained_new(pick: Callable[[Road], Floats]) -> Floats:
-        return read_only(np.concatenate([pick(road)[: len(road.s) - (0 if road is roads[-1] else 1)] for road in roads]))
-
+    right, left = chained(lambda road: road.right), chained(lambda road: road.left)
+    for at in np.flatnonzero(np.diff(owner)) + 1:
+        # where one road ends and the next begins the edges are the inner ones of both
+        low, high = max(right[at - 1], right[at]), min(left[at - 1], left[at])
+        if low < high:
+            right[at], left[at] = low, high
+    lanes = _joined_lanes(parts, chained, right, left)
+    drive = None
+    if any(road.drive is not None for road in roads):
+        driven = [np.clip(chained(lambda road, side=side: getattr(road.driving_lane(), side)), right, left) for side in ("right", "left")]
+        drive = Lane(1, read_only(driven[0]), read_only(driven[1]), "driving", "followed")
     return Road(
         name,
         curve,
-        curve.breaks_s,
-        chained_new(lambda road: road.right),
-        chained_new(lambda road: road.left),
-        chained(lambda road: road.height),
-        chained_new(lambda road: road.speed_limit),
-        _joined_lanes(roads, chained_new),
-        chained(lambda road: road.bank),
-        chained(lambda road: road.friction),
+        read_only(s),
+        read_only(right),
+        read_only(left),
+        read_only(chained(lambda road: road.height)),
+        read_only(chained(lambda road: road.speed_limit)),
+        lanes,
+        read_only(chained(lambda road: road.bank)),
+        read_only(chained(lambda road: road.friction)),
+        drive=drive,
         left_hand=roads[0].left_hand,
         origin=roads[0].origin,
     )
+
+
+def _part_of(road: Road, start: float, end: float, *, first: bool, last: bool) -> Road:
+    """`road`'s data at stations of the whole: its last station moves a centimetre back from the joint, its first is doubled a centimetre on."""
+    at = road.s if last else np.append(road.s[:-1][road.s[:-1] < road.length - 2.0 * AT_ONCE], road.length - AT_ONCE)
+    if not first and at[1] > 2.0 * AT_ONCE:
+        at = np.insert(at, 1, AT_ONCE)
+    return sampled(road, at, road.reference, start + at * ((end - start) / road.length))
 
 
 def _check_joint(name: str, before: Road, after: Road) -> None:
@@ -169,20 +202,20 @@ def _check_joint(name: str, before: Road, after: Road) -> None:
         )
 
 
-def _joined_lanes(roads: Sequence[Road], chained: Callable[[Callable[[Road], Floats]], Floats]) -> tuple[Lane, ...]:
-    if len({tuple(lane.direction for lane in road.lanes) for road in roads}) == 1:
-        return tuple(
-            Lane(lane.direction, chained(lambda road, k=k: road.lanes[k].right), chained(lambda road, k=k: road.lanes[k].left), lane.kind, lane.name)
-            for k, lane in enumerate(roads[0].lanes)
-        )
+def _joined_lanes(parts: Sequence[Road], chained: Callable[[Callable[[Road], Floats]], Floats], right: Floats, left: Floats) -> tuple[Lane, ...]:
+    def lane(like: Lane, name: str, pick: Callable[[Road], Lane | None]) -> Lane:
+        sides = []
+        for side in ("right", "left"):
+            found = chained(lambda road, side=side: np.full(len(road.s), np.nan) if pick(road) is None else getattr(pick(road), side))
+            sides.append(read_only(np.clip(found, right, left)))
+        return Lane(like.direction, sides[0], sides[1], like.kind, name)
 
-    def only(owner: Road, values: Floats) -> Floats:
-        return chained(lambda road: values if road is owner else np.full(len(road.s), np.nan))
-
+    if len({tuple(lane.direction for lane in road.lanes) for road in parts}) == 1:
+        return tuple(lane(like, like.name, lambda road, k=k: road.lanes[k]) for k, like in enumerate(parts[0].lanes))
     return tuple(
-        Lane(lane.direction, only(owner, lane.right), only(owner, lane.left), lane.kind, f"{owner.name}:{lane.name}")
-        for owner in roads
-        for lane in owner.lanes
+        lane(like, f"{owner.name}:{like.name}", lambda road, owner=owner, like=like: like if road is owner else None)
+        for owner in parts
+        for like in owner.lanes
     )
 
 
@@ -215,8 +248,9 @@ def sampled(road: Road, s: Floats, curve: PlanarCurve, new_s: Floats, *, closed:
         at = np.mod(s, road.length) if road.closed else s
         if np.isnan(values).any():
             # a lane that ends ends at its last station, not half way to the next
-            near = np.interp(at, road.s, np.where(np.isnan(values), 0.0, values))
-            gone = np.interp(at, road.s, np.isnan(values).astype(float)) > 1e-9
+            period = road.length if road.closed else None
+            near = np.interp(at, road.s, np.where(np.isnan(values), 0.0, values), period=period)
+            gone = np.interp(at, road.s, np.isnan(values).astype(float), period=period) > 1e-9
             return read_only(np.where(gone, np.nan, near))
         return read_only(np.interp(at, road.s, values, period=road.length if road.closed else None))
 

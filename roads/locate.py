@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .errors import RoadError
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
@@ -64,8 +66,13 @@ class Locator:
         """Stations (n,) in m and signed distances (n,) in m, positive to the left, of the nearest places to `points` (n, 2).
 
         Beyond the ends of an open curve the distance is that to the end, and its sign tells the side of the end's tangent.
+
+        Raises:
+            RoadError: a point that is not finite.
         """
         points = np.atleast_2d(np.asarray(points, dtype=np.float64))
+        if not np.isfinite(points).all():
+            raise RoadError(f"point {int(np.argmin(np.isfinite(points).all(axis=1)))} is not finite, expected places in m")
         if len(points) <= _BLOCK:
             return self._found(points)
         # blocks that fit the cache, on all cores: NumPy and the tree let other threads run

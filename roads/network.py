@@ -39,6 +39,7 @@ class Link:
         against: whether each of `beside` leads the other way.
         limits: (from, speed): limit in m/s from that distance (m) along the link on; inf where none is posted.
         left_hand: traffic keeps left.
+        at_ends: whether it begins where its road begins, and ends where it ends, both as it is driven.
         exact: the borders' points lie on a curve, close enough together; else they are corners of a polyline.
     """
 
@@ -53,6 +54,7 @@ class Link:
     against: tuple[bool, ...] = ()
     limits: tuple[tuple[float, float], ...] = ((0.0, np.inf),)
     left_hand: bool = False
+    at_ends: tuple[bool, bool] = (True, True)
     exact: bool = False
 
     @cached_property

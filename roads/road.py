@@ -132,6 +132,9 @@ class Road:
         return cls(name, reference, read_only(s), *edges, along(height), along(speed_limit), lanes, along(bank), along(friction), **more)
 
     def __post_init__(self) -> None:
+        if not self.name.isprintable():
+            # names come out of files and go into files, tables and terminals
+            object.__setattr__(self, "name", self.name.encode("unicode_escape").decode("ascii"))
         for label, standard in (("bank", 0.0), ("friction", 1.0)):
             if getattr(self, label) is _UNSET:
                 object.__setattr__(self, label, read_only(np.full(self.s.shape, standard)))
@@ -142,7 +145,7 @@ class Road:
             if not np.all(np.isfinite(values)):
                 at = int(np.argmin(np.isfinite(values)))
                 raise RoadError(f"{self.name}: {label} at s = {self.s[at]:.1f} m is {values[at]}, expected a finite number")
-        if np.any(self.left <= self.right):
+        if np.any(self.left < self.right - 1e-9):
             at = int(np.argmin(self.left - self.right))
             beyond = self.right[at] - self.left[at]
             raise RoadError(f"{self.name}: the borders cross at s = {self.s[at]:.1f} m: the right edge is {beyond:.3f} m left of the left edge")
@@ -185,6 +188,15 @@ class Road:
                 return lane
         raise RoadError(f"{self.name}: no lane leads in the direction of the stations from start to end")
 
+    def must_lead_on(self, path: object) -> None:
+        """Refuse to write a road that nobody could drive along its stations: readers would turn it round.
+
+        Raises:
+            RoadError: no lane leads in the direction of the stations.
+        """
+        if not any(lane.direction >= 0 for lane in self.lanes):
+            raise RoadError(f"{path}: no lane of {self.name} leads in the direction of its stations, write it the other way round (`reversed()`)")
+
     def lane_centre(self, lane: Lane | None = None) -> PlanarCurve:
         """The centre curve of `lane` (default: the driving lane)."""
         lane = lane or self.driving_lane()
@@ -215,10 +227,25 @@ class Road:
         elif extent == "own":
             own = [lane for lane in self.lanes if lane.direction >= 0] + ([] if self.drive is None else [self.drive])
             own = own or [self.driving_lane()]
-            right, left = np.fmin.reduce([lane.right for lane in own]), np.fmax.reduce([lane.left for lane in own])
+            there = [self._reliable(lane) for lane in own]
+            right = np.fmin.reduce([np.where(good, lane.right, np.nan) for good, lane in zip(there, own, strict=True)])
+            left = np.fmax.reduce([np.where(good, lane.left, np.nan) for good, lane in zip(there, own, strict=True)])
+            if np.isnan(right).any():
+                right, left = np.fmin.reduce([lane.right for lane in own]), np.fmax.reduce([lane.left for lane in own])
         else:
             raise RoadError(f"corridor {extent!r} is unknown, expected lane, own or road")
         return Corridor(self.name, self.reference, self.s, read_only(right), read_only(left), margin)
+
+    def _reliable(self, lane: Lane) -> NDArray[np.bool_]:
+        """Where the lane exists on both sides of a station: the strip towards a station without it would reach beyond its end."""
+        there = ~np.isnan(lane.right)
+        if there.all():
+            return there
+        near = np.diff(self.s) < 0.05
+        before, after = np.append(there[:1], there[:-1] | near), np.append(there[1:] | near, there[-1:])
+        if self.closed:
+            before[0], after[-1] = there[-1], there[0]
+        return there & before & after
 
     def height_at(self, s: ArrayLike) -> Floats:
         """Height in m at reference stations `s`: monotone cubic between the data (PCHIP), no overshoot."""

@@ -89,8 +89,8 @@ def nearest_link(network: Network, x: float, y: float) -> tuple[str, float, floa
     """See `Network.nearest`."""
     from scipy.spatial import cKDTree
 
-    if not (np.isfinite(x) and np.isfinite(y)):
-        raise RoadError(f"{network.path}: position ({x}, {y}), expected finite numbers")
+    if not (abs(x) < 1e9 and abs(y) < 1e9):
+        raise RoadError(f"{network.path}: position ({x}, {y}), expected finite numbers below 1e9")
     cached = getattr(network, "_nearest", None)
     if cached is None:
         points, owners = [], []
@@ -140,14 +140,12 @@ def _options(network: Network, place: Place, share: float) -> list[tuple[str, fl
     if place not in network.lengths:
         raise RoadError(f"{network.path}: no road or lane {place!r}, expected an id such as {', '.join(list(network.lengths)[:6])} or a position x,y")
     own = [link for link in network.links.values() if link.road == place]
-    names = {link.id for link in own}
-    if share == 0.0:
-        entered = {name for link in own for name in link.successors}
-        found = [link for link in own if link.id not in entered] or own
-    else:
-        found = [link for link in own if not names & set(link.successors)] or own
-    if not found:
+    if not own:
         raise RoadError(f"{network.path}: road {place} has no drivable lane")
+    which = 0 if share == 0.0 else 1
+    ends = [link for link in own if link.at_ends[which]]
+    # a lane that begins or ends in a taper is no place to begin or end
+    found = [link for link in ends if link.end_widths[which] >= NARROW] or ends
     return [(link.id, share) for link in found]
 
 

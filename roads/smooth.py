@@ -166,11 +166,13 @@ def _solved(line: Floats, weight: Floats, lam: float, penalty: _Penalty) -> Floa
 def smoothed(road: Road, bound: float) -> tuple[Road, SmoothingReport]:
     """`road` with its reference smoothed, moved by at most `bound` (m); edges and lanes stay where they are and are measured anew.
 
+    Where an edge lies as far inside a bend as the bend's centre, it cannot be measured from the new reference as it was from the old one.
+
     Raises:
         RoadError: a bound that is not positive, or one so large that the new reference leaves the road.
     """
     # stations a centimetre apart, where edges change at once, are no points to draw a line through
-    keep = np.append(True, np.diff(road.s) > 0.05)
+    keep = np.isin(road.s, road.knots)
     old = road.reference.position(road.s[keep])
     curve = PlanarCurve.through(smooth_points(old, bound, closed=road.closed), closed=road.closed)
     knots = curve.breaks_s[:-1] if road.closed else curve.breaks_s

@@ -67,7 +67,11 @@ def convert_command(
     made = _one_road(file, chosen(options))
     with _complaints():
         import roads
+        from roads.gallery.shelf import find
         from roads.smooth import smoothed
+
+        if out.exists() and out.resolve() == find(file).resolve():
+            raise click.ClickException(f"{out}: is the file that is read, give another one to write")
 
         if start_at is not None or end_at is not None:
             made = made[start_at:end_at]

@@ -136,7 +136,12 @@ def _follow_lane(road: Road, corridor: Corridor, lane: PlanarCurve, cost: float,
     worst = float(np.max(beyond))
     if worst > VIOLATION_TOLERANCE:
         at = float(stations[np.argmax(beyond)])
-        raise InfeasibleError(f"{road.name}: the lane's centre leaves the corridor by {worst:.3f} m at s = {at:.1f} m")
+        lane_here = road.driving_lane()
+        width = float(np.interp(at, road.s, lane_here.left - lane_here.right))
+        raise InfeasibleError(
+            f"{road.name}: the lane's centre leaves the corridor by {worst:.3f} m at s = {at:.1f} m: the lane is {width:.2f} m wide there, "
+            f"the car with its margins {2.0 * corridor.margin:.2f} m"
+        )
     milliseconds = 1e3 * (time.perf_counter() - started)
     return Path(lane, lane.breaks_s, knots, PathReport("lane centre", cost, cost, 0, 0.0, worst, milliseconds, len(knots), "none"))
 

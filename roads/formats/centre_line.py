@@ -43,6 +43,8 @@ def read_gpx(path: Path, *, closed: bool | None = None, width: float | None = No
         raise place.error(root, f"holds {len(nodes)} points in its first track or route, expected at least 2")
     degrees = np.array([[place.number(node, "lat"), place.number(node, "lon")] for node in nodes])
     texts = [node.findtext("ele") for node in nodes]
+    if any(text is None for text in texts) and any(text is not None for text in texts):
+        raise place.error(nodes[[text is None for text in texts].index(True)], "has no ele, other points have; expected a height at all or none")
     height = np.array([0.0 if text is None else place.float(node, "ele", text) for node, text in zip(nodes, texts, strict=True)])
     parent = track if track is not None else root.find("rte")
     return _about(path, (parent.findtext("name") or path.stem).strip(), degrees, height, closed, width)
@@ -138,6 +140,8 @@ def _coordinates(path: Path, geometry: dict[str, Any]) -> Floats:
         good = isinstance(row, list) and len(row) >= 2 and all(isinstance(value, int | float) and abs(value) < LARGEST for value in row[:3])
         if not good:
             raise RoadError(f"{path}: coordinates[{k}] is {str(row)[:60]}, expected [longitude, latitude] or [longitude, latitude, height]")
+        if min(len(row), 3) != min(len(rows[0]), 3):
+            raise RoadError(f"{path}: coordinates[{k}] has {len(row)} numbers, coordinates[0] has {len(rows[0])}; expected a height at all or none")
         table[k, : min(len(row), 3)] = row[:3]
     return table
 
@@ -168,7 +172,13 @@ def _own(path: Path, name: str, lines: dict[str, Floats], properties: dict[str, 
             limit = np.array([np.inf if value is None else float(value) for value in limits])
         edges = read_only(right), read_only(left)
         lanes = _lanes(properties.get("lanes"), s, edges) or (Lane(1, *edges),)
-        return Road(name, reference, read_only(s), *edges, read_only(middle[:, 2]), read_only(limit), lanes, origin=origin)
+        bank, friction = (_numbers(properties.get(key), s, standard) for key, standard in (("bank_rad", 0.0), ("friction", 1.0)))
+        drive = next(iter(_lanes([properties["drive"]] if isinstance(properties.get("drive"), dict) else None, s, edges)), None)
+        left_hand = properties.get("left_hand") is True
+        height = read_only(middle[:, 2])
+        return Road(
+            name, reference, read_only(s), *edges, height, read_only(limit), lanes, bank, friction, drive=drive, left_hand=left_hand, origin=origin
+        )
     except RoadError as error:
         raise RoadError(f"{path}: {error}") from None
 
@@ -193,6 +203,18 @@ def _lanes(given: Any, s: Floats, edges: tuple[Floats, Floats]) -> tuple[Any, ..
     return tuple(found)
 
 
+def _numbers(given: Any, s: Floats, standard: float) -> Floats:
+    """A list of finite numbers as long as `s`, or `standard` everywhere where there is none."""
+    from ..curve import read_only
+
+    if given is None:
+        return read_only(np.full(len(s), standard))
+    good = isinstance(given, list) and len(given) == len(s) and all(isinstance(v, int | float) and abs(v) < LARGEST for v in given)
+    if not good:
+        raise RoadError(f"a property is {str(given)[:40]}, expected {len(s)} finite numbers")
+    return read_only(given)
+
+
 def _near(side: Floats, edges: tuple[Floats, Floats]) -> NDArray[np.bool_]:
     return (side > edges[0] - 1e-3) & (side < edges[1] + 1e-3)
 
@@ -203,6 +225,7 @@ def write_geojson(road: Road, path: Path) -> None:
     Raises:
         RoadError: the file cannot be written, or pyproj is missing.
     """
+    road.must_lead_on(path)
     points, normal = road.reference.position(road.s), road.reference.normal(road.s)
     lines = {"reference": points, "left_edge": points + road.left[:, None] * normal, "right_edge": points + road.right[:, None] * normal}
     features = []
@@ -219,6 +242,10 @@ def write_geojson(road: Road, path: Path) -> None:
                     for lane in road.lanes
                 ],
                 "origin": None if road.origin is None else list(road.origin),
+                "bank_rad": _listed(road.bank),
+                "friction": _listed(road.friction),
+                "left_hand": road.left_hand,
+                "drive": None if road.drive is None else {"direction": 1, "right": _listed(road.drive.right), "left": _listed(road.drive.left)},
             }
         features.append({"type": "Feature", "properties": properties, "geometry": {"type": "LineString", "coordinates": rows}})
     content: dict[str, Any] = {"type": "FeatureCollection", "features": features}

@@ -98,8 +98,11 @@ def _bound(node: Node, name: str, place: Place) -> Floats:
     for point in bound.findall("point"):
         z = point.findtext("z")
         values = [place.float(point, axis, point.findtext(axis)) for axis in ("x", "y")]
-        points.append([*values, 0.0 if z is None else place.float(point, "z", z)])
-    return np.array(points, dtype=np.float64).reshape(-1, 3)
+        points.append([*values, np.nan if z is None else place.float(point, "z", z)])
+    line = np.array(points, dtype=np.float64).reshape(-1, 3)
+    if np.isnan(line[:, 2]).all():
+        line[:, 2] = 0.0
+    return line
 
 
 def _beside(node: Node | None, place: Place) -> tuple[str, bool] | None:

@@ -16,6 +16,7 @@ from ..errors import RoadError
 from ..road import Lane, Road
 from .path_table import SAME_PLACE, looks_closed
 from .table import shown
+from .track_csv import closed_key
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -64,9 +65,7 @@ def of_table(table: Table, *, closed: bool | None) -> Road:
     steps = np.hypot(*np.diff(middle[:, :2], axis=0).T)
     if np.any(steps < SAME_PLACE):
         raise RoadError(f"{table.at(int(np.argmax(steps < SAME_PLACE)) + 1)}: repeats the place of the line before, expected each place once")
-    word = table.keys.get("closed")
-    if closed is None and word is not None:
-        closed = word == "true"
+    closed = closed_key(table.path, table.keys) if closed is None else closed
     closed = looks_closed(middle[:, :2]) if closed is None else closed
     if closed and len(middle) > 1 and np.hypot(*(middle[0] - middle[-1])[:2]) < SAME_PLACE:
         left, right, middle = left[:-1], right[:-1], middle[:-1]

@@ -38,10 +38,7 @@ def read_network(path: Path) -> Network:
     place, findings = Place(path), Findings()
     nodes, geographic = _nodes(root, place)
     ways = {place.word(node, "id"): [nd.get("ref", "") for nd in node.findall("nd")] for node in root.findall("way")}
-    rules = {
-        node.get("id", ""): _limit(_tags(node).get("sign_type", "").rpartition("-")[2] or _tags(node).get("max_speed", ""))
-        for node in root.findall("relation")
-    }
+    rules = {node.get("id", ""): _rule(node, place, findings) for node in root.findall("relation")}
     lanelets: dict[str, Lanelet] = {}
     ends: dict[str, tuple[list[str], list[str]]] = {}
     for node in root.findall("relation"):
@@ -76,7 +73,9 @@ def _nodes(root: Node, place: Place) -> tuple[dict[str, Floats], str]:
     if not found:
         raise place.error(root, "holds no nodes")
     tags = [_tags(node) for node in found]
-    heights = [place.float(node, "ele", tag.get("ele", "0")) for node, tag in zip(found, tags, strict=True)]
+    some = any("ele" in tag for tag in tags)
+    # where some nodes have a height, those without leave their lanelets without one
+    heights = [place.float(node, "ele", tag["ele"]) if "ele" in tag else np.nan if some else 0.0 for node, tag in zip(found, tags, strict=True)]
     if all("local_x" in tag and "local_y" in tag for tag in tags):
         plane = np.array([[place.float(node, key, tag[key]) for key in ("local_x", "local_y")] for node, tag in zip(found, tags, strict=True)])
         origin = ""
@@ -90,9 +89,22 @@ def _nodes(root: Node, place: Place) -> tuple[dict[str, Floats], str]:
     return {place.word(node, "id"): np.array([*point, height]) for node, point, height in zip(found, plane, heights, strict=True)}, origin
 
 
+def _rule(node: Node, place: Place, findings: Findings) -> float:
+    """The limit that a regulatory element sets, m/s: German signs 274-v in km/h, or a speed in words; inf where it sets none."""
+    tags = _tags(node)
+    if tags.get("type") != "regulatory_element" or tags.get("subtype") != "speed_limit":
+        return np.inf
+    word = tags.get("max_speed") or tags.get("limit") or tags.get("sign_type", "")
+    sign = re.fullmatch(r"\s*(?:[a-z]{2})?274-([0-9]{1,3})\s*", word, re.ASCII | re.IGNORECASE)
+    limit = float(sign[1]) / 3.6 if sign else _limit(word)
+    if np.isinf(limit):
+        findings.warn(place.at(node), f"speed limit {word[:40]!r} is not understood and not used, expected de274-50 or 50 km/h")
+    return limit
+
+
 def _limit(text: str) -> float:
     """m/s of `50`, `50 km/h`, `30 mph`; inf where there is none."""
-    match = re.fullmatch(r"\s*([0-9]{1,4}(?:\.[0-9]{1,6})?)\s*([a-z/]*)\s*", text, re.ASCII)
+    match = re.fullmatch(r"\s*([0-9]{1,4}(?:\.[0-9]{1,6})?)\s*([a-z/]*)\s*", text.lower(), re.ASCII)
     if match is None or match[2] not in UNITS:
         return np.inf
     return float(match[1]) * UNITS[match[2]] or np.inf

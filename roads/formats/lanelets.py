@@ -122,6 +122,8 @@ def paired(lanelet: Lanelet) -> tuple[Floats, Floats]:
         RoadError: fewer than two places, a border that stands still, or borders that do not lie apart.
     """
     left, right = lanelet.left, lanelet.right
+    if np.isnan(left).any() or np.isnan(right).any():
+        raise RoadError(f"{lanelet.place}: lane {lanelet.id} has points without a height among others with one, expected heights at all or none")
     if len(left) < 2 or len(right) < 2:
         raise RoadError(f"{lanelet.place}: lane {lanelet.id} has borders of {len(left)} and {len(right)} points, expected at least 2")
     if len(left) != len(right):

@@ -44,6 +44,11 @@ SYNONYMS = {
     "kappa": "kappa", "curvature": "kappa",
     "a": "a", "ax": "a", "t": "t", "time": "t",
 }  # fmt: skip
+#: Units that are read, by quantity; others would be taken for these.
+UNITS = {
+    "s": ("", "m"), "x": ("", "m"), "y": ("", "m"), "z": ("", "m"), "psi": ("", "rad"), "v": ("", "mps", "m/s"),
+    "kappa": ("", "radpm", "rad/m", "1/m", "1pm"), "a": ("", "mps2", "m/s2", "m/s^2"), "t": ("", "s"),
+}  # fmt: skip
 #: Columns of a table without names, by their number.
 ORDERS = {4: "x y psi v", 5: "s x y psi v", 6: "s x y psi v kappa", 7: "s x y psi kappa v a"}
 TIMED = "t s x y psi v kappa"
@@ -56,7 +61,10 @@ def columns_of(names: list[str]) -> list[str] | None:
     found = []
     for name in names:
         plain = name.lower().split("[")[0].split("(")[0].strip()
-        stem = plain.split("_")[0] if plain.split("_")[0] in SYNONYMS else plain
+        stem, _, unit = plain.partition("_") if plain.partition("_")[0] in SYNONYMS else (plain, "", "")
+        unit = unit or name.lower().partition("[")[2].strip("] ") or name.lower().partition("(")[2].strip(") ")
+        if SYNONYMS.get(stem) in UNITS and unit not in UNITS[SYNONYMS[stem]]:
+            raise RoadError(f"column {name[:40]} is in {unit[:20]}, expected {' or '.join(filter(None, UNITS[SYNONYMS[stem]]))}")
         found.append(SYNONYMS.get(stem, plain))
     return found if found.count("x") == 1 and found.count("y") == 1 and len(set(found)) == len(found) else None
 
@@ -80,7 +88,10 @@ def read(path: Path, *, closed: bool | None = None, lane: float | None = None, w
 
 def of_table(table: Table, *, closed: bool | None, lane: float | None, width: float | None) -> Road:
     """As `read`, from a text table."""
-    names = columns_of(table.names) if table.names else _by_order(str(table.path), table.rows)
+    try:
+        names = columns_of(table.names) if table.names else _by_order(str(table.path), table.rows)
+    except RoadError as error:
+        raise error if str(error).startswith(str(table.path)) else RoadError(f"{table.path}:{table.header}: {error}") from None
     if names is None:
         raise RoadError(f"{table.path}:{table.header}: columns {shown(table.names)}, expected x and y among them, each once")
     return _road(table.path, dict(zip(names, table.rows.T, strict=True)), table.keys.get("name"), closed, lane, width)
@@ -141,7 +152,7 @@ def _frozen(values: Floats) -> Floats:
 
 
 def looks_closed(points: Floats) -> bool:
-    """Whether the way from the last point to the first goes on with the line: no longer than three steps and without a sharp turn."""
+    """Whether the way from the last point to the first goes on with the line: little longer than a step and without a sharp turn."""
     if len(points) <= 3:
         return False
     seam = points[0] - points[-1]
@@ -150,7 +161,7 @@ def looks_closed(points: Floats) -> bool:
         return True
     directions = (step / max(float(np.hypot(*step)), SAME_PLACE) for step in (points[-1] - points[-2], points[1] - points[0]))
     longest = float(np.max(np.hypot(*np.diff(points, axis=0).T)))
-    return gap <= 3.0 * longest and all(float(direction @ seam) > 0.5 * gap for direction in directions)
+    return gap <= 1.5 * longest and all(float(direction @ seam) > 0.5 * gap for direction in directions)
 
 
 def _from_mat(path: Path) -> tuple[dict[str, Floats], str | None]:
@@ -165,7 +176,10 @@ def _from_mat(path: Path) -> tuple[dict[str, Floats], str | None]:
             _refuse_bad(path, {"matrix": matrix.ravel()})
             return dict(zip(_by_order(str(path), matrix), matrix.T, strict=True)), None
     vectors = {key: value.ravel() for key, value in values.items() if not isinstance(value, dict) and max(value.shape) == value.size > 1}
-    names = columns_of(list(vectors))
+    try:
+        names = columns_of(list(vectors))
+    except RoadError as error:
+        raise RoadError(f"{path}: {error}") from None
     lengths = {len(vector) for vector in vectors.values()}
     if names is None or len(lengths) != 1:
         kinds = {key: "struct" if isinstance(value, dict) else "x".join(map(str, value.shape)) for key, value in list(values.items())[:12]}

@@ -37,12 +37,13 @@ def read_network(path: Path) -> Network:
     root = parse(path, "net")
     place, findings = Place(path), Findings()
     lanes: dict[str, Lanelet] = {}
+    left_hand = root.get("lefthand", "false") in ("true", "1")
     for edge in root.findall("edge"):
         if edge.get("function") in WALKING:
             findings.note(place.at(edge), "pedestrian edges are left out")
             continue
         try:
-            lanes.update(_lanes(edge, place, findings))
+            lanes.update(_lanes(edge, place, findings, left_hand=left_hand))
         except RoadError as error:
             findings.error(error)
     for connection in root.findall("connection"):
@@ -52,16 +53,14 @@ def read_network(path: Path) -> Network:
             lanes[begin].successors.append(end)
     location = root.find("location")
     projection = "" if location is None else location.get("projParameter", "")
-    left_hand = root.get("lefthand", "false") in ("true", "1")
     return network_of(
         path, f"SUMO {root.get('version', '')}".strip(), lanes, findings, left_hand=left_hand, geographic="" if projection == "!" else projection
     )
 
 
-def _lanes(edge: Node, place: Place, findings: Findings) -> dict[str, Lanelet]:
-    nodes = edge.findall("lane")
-    made: list[Lanelet] = []
-    for node in nodes:
+def _lanes(edge: Node, place: Place, findings: Findings, *, left_hand: bool) -> dict[str, Lanelet]:
+    made: list[tuple[int, Lanelet]] = []
+    for number, node in enumerate(edge.findall("lane")):
         identity = place.word(node, "id")
         if not _for_cars(node):
             findings.note(place.at(node), "lanes that passenger cars may not use are left out")
@@ -73,11 +72,14 @@ def _lanes(edge: Node, place: Place, findings: Findings) -> dict[str, Lanelet]:
         speed = place.number(node, "speed", np.inf) if node.get("speed") is not None else np.inf
         if speed <= 0.0:
             raise place.error(node, f"speed is {speed:g} m/s, expected more than 0")
-        made.append(Lanelet(identity, offset_polyline(line, 0.5 * width), offset_polyline(line, -0.5 * width), place.at(node), limit=speed))
-    # SUMO counts lanes from the right where traffic keeps right
-    for right, left in pairwise(made):
-        right.beside_left, left.beside_right = (left.id, True), (right.id, True)
-    return {lane.id: lane for lane in made}
+        sides = offset_polyline(line, 0.5 * width), offset_polyline(line, -0.5 * width)
+        made.append((number, Lanelet(identity, *sides, place.at(node), limit=speed)))
+    # SUMO counts lanes from the outer side; one that is closed to cars lies between its neighbours
+    for (first, outer), (second, inner) in pairwise(made):
+        if second == first + 1:
+            right, left = (inner, outer) if left_hand else (outer, inner)
+            right.beside_left, left.beside_right = (left.id, True), (right.id, True)
+    return {lane.id: lane for _, lane in made}
 
 
 def _for_cars(node: Node) -> bool:
@@ -93,8 +95,10 @@ def _shape(node: Node, place: Place) -> Floats:
         values = [place.float(node, "shape", part) for part in word.split(",")]
         if len(values) not in (2, 3):
             raise place.error(node, f"shape has a point of {len(values)} numbers, expected x,y or x,y,z")
-        points.append([*values, 0.0][:3])
-    line = np.array(points)
+        points.append(values)
+    if len({len(values) for values in points}) > 1:
+        raise place.error(node, "shape has points with and without height, expected heights at all or none")
+    line = np.array([[*values, 0.0][:3] for values in points])
     line = line[np.append(True, np.hypot(*np.diff(line[:, :2], axis=0).T) > 1e-3)]
     if len(line) < 2:
         raise place.error(node, "shape has fewer than 2 different points")

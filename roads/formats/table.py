@@ -53,7 +53,7 @@ def read_table(path: Path) -> Table:
         RoadError: not text, no rows, rows of different lengths, words that are not finite numbers.
     """
     keys: dict[str, str] = {}
-    header: tuple[int, list[str], bool] | None = None
+    headers: list[tuple[int, list[str], bool]] = []
     bodies: list[str] = []
     lines: list[int] = []
     for number, raw in enumerate(read_text(path).splitlines(), 1):
@@ -63,12 +63,14 @@ def read_table(path: Path) -> Table:
         if line[0] == "#":
             body = line.lstrip("# ")
             key, colon, value = body.partition(":")
-            if colon and key.strip().isidentifier():
+            if colon and key.strip().isidentifier() and key.strip().lower() != "columns":
                 keys.setdefault(key.strip().lower(), value.strip())
-            elif not bodies and _is_header(words := _words(body, _delimiter(body))):
-                header = number, words, True
-        elif not bodies and header is None and _is_header(words := _words(line, _delimiter(line))):
-            header = number, words, False
+                continue
+            body = value.strip() if colon and key.strip().lower() == "columns" else body
+            if not bodies and _is_header(words := _words(body, _delimiter(body))):
+                headers.append((number, words, True))
+        elif not bodies and _is_header(words := _words(line, _delimiter(line))) and not any(not comment for _, _, comment in headers):
+            headers.append((number, words, False))
         else:
             bodies.append(line)
             lines.append(number)
@@ -76,12 +78,29 @@ def read_table(path: Path) -> Table:
         raise RoadError(f"{path}: no data, expected rows of numbers")
     delimiter = _delimiter(bodies[0])
     count = len(_words(bodies[0], delimiter))
-    names: list[str] = []
-    if header is not None and len(header[1]) == count:
-        names = [word.lower() for word in header[1]]
-    elif header is not None and not header[2]:
-        raise RoadError(f"{path}:{lines[0]}: {count} columns, expected {len(header[1])} as in line {header[0]} ({shown(header[1])})")
+    header = _chosen(path, headers, count, lines[0])
+    names = [word.lower() for word in header[1]] if header else []
     return Table(path, keys, names, _numbers(path, bodies, lines, delimiter, names, count), lines, header[0] if header else 1)
+
+
+def _chosen(path: Path, headers: list[tuple[int, list[str], bool]], count: int, first: int) -> tuple[int, list[str], bool] | None:
+    """The header among the lines above the data: one as wide as they are; a comment that only looks like one is none.
+
+    Raises:
+        RoadError: a line that names columns, though not as many as there are.
+    """
+    for header in reversed(headers):
+        if len(header[1]) == count and (not header[2] or _names_columns(header[1]) or len(headers) == 1):
+            return header
+    for number, words, comment in headers:
+        if not comment or _names_columns(words):
+            raise RoadError(f"{path}:{first}: {count} columns, expected {len(words)} as in line {number} ({shown(words)})")
+    return None
+
+
+def _names_columns(words: list[str]) -> bool:
+    """Whether coordinates are among the words, which no remark has."""
+    return any(word.lower().split("_")[0] in ("x", "y") or "_x" in word.lower() for word in words)
 
 
 def shown(words: list[str]) -> str:

@@ -1,23 +1,24 @@
 """Track CSV: centre line and widths, the layout of the TUM race-track database, with optional columns.
 
-    # name: commute            (optional lines `# key: value`; keys: name, closed, lanes)
+    # name: commute            (optional lines `# key: value`; keys: name, closed, lanes, traffic)
     # x_m,y_m,w_tr_right_m,w_tr_left_m[,z_m][,speed_limit_mps][,bank_rad][,friction]
     0.0,0.0,3.5,3.5,12.0,13.9
 
 Without a header line the first four columns are taken in that order. `lanes` lists the lanes from right to left, each as
-`direction right_offset left_offset`, separated by `;`, with direction `forward` or `backward` and offsets in m, positive left.
-A file without `closed` is a circuit if the gap between its ends is no more than three times its longest step and lies in line with both ends.
+`direction right_offset left_offset`, separated by `;`, with direction `forward`, `backward` or `both`, and offsets in m, positive left.
+A file without `closed` is a circuit if the gap between its ends is at most one and a half of its longest steps and in line with both ends.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..crossing import mutual_crossings, self_crossings
 from ..errors import RoadError
-from ..road import Road
+from ..road import Lane, Road
 from .path_table import SAME_PLACE, looks_closed
 from .table import shown
 from .text import write_whole
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+WAYS = {1: "forward", -1: "backward", 0: "both"}
 REQUIRED = ("x_m", "y_m", "w_tr_right_m", "w_tr_left_m")
 OPTIONAL = ("z_m", "speed_limit_mps", "bank_rad", "friction")
 
@@ -52,7 +54,7 @@ def of_table(table: Table, *, closed: bool | None = None) -> Road:
     points = np.column_stack([named["x_m"], named["y_m"]])
     steps = np.hypot(*np.diff(points, axis=0).T)
     if closed is None:
-        closed = _closed_key(path, keys)
+        closed = closed_key(path, keys)
     if closed is None:
         closed = looks_closed(points)
     if closed and float(np.hypot(*(points[0] - points[-1]))) < SAME_PLACE:
@@ -82,6 +84,7 @@ def of_table(table: Table, *, closed: bool | None = None) -> Road:
         bank=named.get("bank_rad", 0.0),
         friction=named.get("friction", 1.0),
         lane_edges=_lanes(path, keys),
+        left_hand=keys.get("traffic") == "left",
     )
     try:
         _refuse_crossings(path, road, points, lines)
@@ -96,6 +99,7 @@ def write(road: Road, path: Path) -> None:
     Raises:
         RoadError: lanes whose width changes along the road, which this format cannot hold.
     """
+    road.must_lead_on(path)
     lanes = []
     for lane in road.lanes:
         if not (np.ptp(lane.right) < 1e-9 and np.ptp(lane.left) < 1e-9 and lane.right[0] < lane.left[0]):
@@ -104,8 +108,10 @@ def write(road: Road, path: Path) -> None:
             raise RoadError(
                 f"{path}: track CSV holds lanes of constant width from start to end only, {road.name} has others; write .xodr or .geojson"
             )
-        lanes.append(f"{'forward' if lane.direction > 0 else 'backward'} {_plain(lane.right[0])} {_plain(lane.left[0])}")
+        lanes.append(f"{WAYS[lane.direction]} {_plain(lane.right[0])} {_plain(lane.left[0])}")
     points = road.reference.position(road.s)
+    if road.drive is not None and not (np.allclose(road.drive.right, _plainest(road).right) and np.allclose(road.drive.left, _plainest(road).left)):
+        raise RoadError(f"{path}: track CSV cannot say which lane of {road.name} is to be driven; write .geojson")
     columns = [*REQUIRED, "z_m"]
     values = [points, -road.right, road.left, road.height]
     for name, data, wanted in (
@@ -119,8 +125,14 @@ def write(road: Road, path: Path) -> None:
             values.append(data)
     table = np.column_stack(values)
     head = [f"# name: {road.name}", f"# closed: {str(road.closed).lower()}"]
+    head += ["# traffic: left"] if road.left_hand else []
     head += [f"# lanes: {'; '.join(lanes)}"] if lanes else []
     write_whole(path, "\n".join([*head, "# " + ",".join(columns), *(",".join(_plain(v) for v in row) for row in table.tolist())]) + "\n")
+
+
+def _plainest(road: Road) -> Lane:
+    """The lane that a reader would drive."""
+    return replace(road, drive=None).driving_lane()
 
 
 def _plain(value: float) -> str:
@@ -144,7 +156,8 @@ def _columns(table: Table) -> list[str]:
     return words
 
 
-def _closed_key(path: Path, keys: dict[str, str]) -> bool | None:
+def closed_key(path: Path, keys: dict[str, str]) -> bool | None:
+    """What the line `# closed:` says, None where there is none."""
     word = keys.get("closed")
     if word not in (None, "true", "false"):
         raise RoadError(f"{path}: closed is {word[:40]!r}, expected true or false")
@@ -156,16 +169,16 @@ def _lanes(path: Path, keys: dict[str, str]) -> list[tuple[int, float, float]]:
     for entry in filter(None, (part.strip() for part in keys.get("lanes", "").split(";"))):
         words = entry.split()
         try:
-            direction = {"forward": 1, "backward": -1}[words[0]]
+            direction = {word: way for way, word in WAYS.items()}[words[0]]
             right, left = float(words[1]), float(words[2])
             if len(words) != 3 or not right < left:
                 raise ValueError
         except (KeyError, IndexError, ValueError):
             raise RoadError(
-                f"{path}: lane {entry[:60]!r}, expected 'forward|backward right_offset left_offset' with right < left, in m, positive left"
+                f"{path}: lane {entry[:60]!r}, expected 'forward|backward|both right_offset left_offset' with right < left, in m, positive left"
             ) from None
         lanes.append((direction, right, left))
-    if lanes and not any(direction > 0 for direction, _, _ in lanes):
+    if lanes and not any(direction >= 0 for direction, _, _ in lanes):
         raise RoadError(f"{path}: lanes {keys['lanes'][:60]!r}, expected at least one forward lane")
     return sorted(lanes, key=lambda lane: lane[1])
 

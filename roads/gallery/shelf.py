@@ -32,7 +32,7 @@ def find(name_or_path: str | PathLike[str]) -> Path:
         RoadError: neither a shipped road nor a file.
     """
     path = Path(name_or_path)
-    if path.suffix == "" and not path.is_file():
+    if path.suffix == "" and not path.exists():
         known = [*shipped(), *NETWORKS]
         if str(name_or_path) not in known:
             raise RoadError(f"{name_or_path}: no such file and no shipped road, expected a road file or one of {', '.join(known)}")

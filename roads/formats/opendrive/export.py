@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 #: Records replace data that they miss by no more, m, and rad.
 TOLERANCE, BANK = 5e-5, 2e-6
+#: Sharper bends are noise, 1/m.
+SHARPEST = 2.0
 #: A gap between lanes that counts as none, m.
 NO_GAP = 1e-4
 
@@ -30,9 +32,16 @@ NO_GAP = 1e-4
 def write(road: Road, path: Path) -> None:
     """Write `road` as the only one of an OpenDRIVE file.
 
+    Its lane to drive is not written: a reader finds it anew.
+
     Raises:
-        RoadError: gaps between its lanes or beyond them, which OpenDRIVE cannot hold as drivable road.
+        RoadError: gaps between its lanes or beyond them, which OpenDRIVE cannot hold as drivable road; no lane that leads along the stations;
+            bends that no reader takes for a road.
     """
+    road.must_lead_on(path)
+    sharpest = float(np.max(np.abs(road.reference.curvature(np.linspace(0.0, road.length, max(int(4.0 * min(road.length, 1e6)), 100))))))
+    if sharpest > SHARPEST:
+        raise RoadError(f"{path}: {road.name} bends with a radius of {1.0 / sharpest:.3f} m, expected at least {1.0 / SHARPEST:g} m; smooth it first")
     origin = (
         "" if road.origin is None else f"+proj=tmerc +lat_0={road.origin[0]!r} +lon_0={road.origin[1]!r} +k=1 +x_0=0 +y_0=0 +ellps=WGS84 +units=m"
     )
@@ -221,7 +230,23 @@ def _middle(road: Road, lanes: list[Lane]) -> int:
 
 
 def _record(road: Road, lane: Lane, number: int, width: Cubics, path: Path | str) -> LaneRecord:
-    return LaneRecord(number, lane.kind, lane.direction, width, None, (), (), (), str(path))
+    return LaneRecord(number, lane.kind, lane.direction, width, None, (), (), (), str(path), _frictions(road))
+
+
+def _frictions(road: Road) -> tuple[tuple[float, float], ...]:
+    """Steps of the road's friction; the same on all lanes."""
+    values = road.friction
+    if not np.any(values != 1.0):
+        return ()
+    changes = np.append(0, np.flatnonzero(values[1:] != values[:-1]) + 1)
+    return tuple((float(road.s[k]), float(values[k])) for k in changes)
+
+
+def _within(steps: tuple[tuple[float, float], ...], section: SectionRecord) -> tuple[tuple[float, float], ...]:
+    """Steps that lie in the section, and the one that holds where it begins."""
+    before = [step for step in steps if step[0] <= section.start]
+    first = [(section.start, before[-1][1])] if before else []
+    return tuple(first + [step for step in steps if section.start < step[0] < section.end])
 
 
 def _linked(sections: list[SectionRecord], numbers: list[dict[int, int]], *, closed: bool) -> tuple[SectionRecord, ...]:
@@ -233,10 +258,18 @@ def _linked(sections: list[SectionRecord], numbers: list[dict[int, int]], *, clo
         after = numbers[k + 1] if k < last else (numbers[0] if closed else {})
         owner = {number: lane for lane, number in numbers[k].items()}
 
-        def linked(lane: LaneRecord, before: dict[int, int] = before, after: dict[int, int] = after, owner: dict[int, int] = owner) -> LaneRecord:
+        def linked(
+            lane: LaneRecord,
+            before: dict[int, int] = before,
+            after: dict[int, int] = after,
+            owner: dict[int, int] = owner,
+            section: SectionRecord = section,
+        ) -> LaneRecord:
             index = owner[lane.id]
             ends = tuple(tuple([side[index]] if index in side else []) for side in (before, after))
-            return LaneRecord(lane.id, lane.kind, lane.direction, lane.width, None, ends[0], ends[1], (), lane.place)
+            return LaneRecord(
+                lane.id, lane.kind, lane.direction, lane.width, None, ends[0], ends[1], (), lane.place, _within(lane.frictions, section)
+            )
 
         made.append(SectionRecord(section.start, section.end, tuple(map(linked, section.left)), tuple(map(linked, section.right))))
     return tuple(made)

@@ -65,6 +65,8 @@ def _link(road: RoadRecord, shapes: Shapes, index: int, lane: LaneRecord, along:
     limits = _limits(road, index, lane, along)
     name = _id(road.id, index, lane, along)
     made = Link(name, road.id, lane.kind, partial(_borders, shapes, road.id, index, lane, along), limits=limits, left_hand=road.left_hand, exact=True)
+    ends = index == 0, index == len(road.sections) - 1
+    made.at_ends = (ends[0], ends[1]) if along > 0 else (ends[1], ends[0])
     return along, lane.direction == 0, made
 
 
@@ -94,10 +96,7 @@ def _borders(shapes: Shapes, identity: str, index: int, lane: LaneRecord, along:
 def _limits(road: RoadRecord, index: int, lane: LaneRecord, along: int) -> tuple[tuple[float, float], ...]:
     """Limits in the direction of travel; a lane's own limit overrides its road's."""
     section = road.sections[index]
-    own = [(start, speed) for start, speed in lane.speeds if start < section.end]
-    records = own or [(start, speed) for start, speed in road.speeds if start < section.end]
-    first = max((item for item in records if item[0] <= section.start + 1e-9), default=(section.start, np.inf))
-    steps = [(section.start, first[1])] + [item for item in records if item[0] > section.start + 1e-9]
+    steps = lane.limits(section.start, section.end, road.speeds)
     if along > 0:
         return tuple((start - section.start, speed) for start, speed in steps)
     ends = [start for start, _ in steps[1:]] + [section.end]
@@ -115,7 +114,11 @@ def _next(drive: OpenDrive, incoming: list[Connection], road: RoadRecord, index:
         return []
     if end.kind == "road":
         other = drive.roads.get(end.id)
-        return [] if other is None else [name for number in numbers for name in _at_contact(other, end.contact or "start", number)]
+        return (
+            []
+            if other is None
+            else [name for number in numbers for name in _at_contact(other, end.contact or _nearer_end(road, other, along), number)]
+        )
     found: list[str] = []
     for connection in incoming:
         other = drive.roads.get(connection.connecting)
@@ -127,6 +130,15 @@ def _next(drive: OpenDrive, incoming: list[Connection], road: RoadRecord, index:
             if number == lane.id:
                 found += _at_contact(other, connection.contact, to)
     return found
+
+
+def _nearer_end(road: RoadRecord, other: RoadRecord, along: int) -> str:
+    """Which end of `other` lies at the end of `road` that is left when driving `along`, for files that do not say."""
+    first, last = road.elements[0], road.elements[-1]
+    here = (first.x, first.y) if along < 0 else last.at(np.array([last.length]))[0][0]
+    begin, end = other.elements[0], other.elements[-1]
+    far = end.at(np.array([end.length]))[0][0]
+    return "start" if np.hypot(begin.x - here[0], begin.y - here[1]) <= np.hypot(*(far - here)) else "end"
 
 
 def _meets(road: RoadRecord, other: RoadRecord, along: int, contact: str) -> bool:

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from ..xml import Node
 
 UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
-NO_LIMIT = ("no limit", "undefined")
 #: Content that changes where a car may drive, or how, and is not read.
 UNREAD = {
     "crossfall": "lateralProfile/crossfall (deprecated) is not read",
@@ -97,7 +96,8 @@ def _road(node: Node, place: Place, findings: Findings) -> RoadRecord:
     speeds = []
     for kind in parts.get("type", []):
         speed = kind.find("speed")
-        speeds.append((place.number(kind, "s"), np.inf if speed is None else _speed(speed, place, findings)))
+        limit = None if speed is None else _speed(speed, place, findings)
+        speeds.append((place.number(kind, "s"), np.inf if limit is None else limit))
     return RoadRecord(
         identity,
         node.get("name") or identity,
@@ -335,6 +335,11 @@ def _lane(node: Node, place: Place, findings: Findings, start: float, sign: int,
     if kind in DRIVABLE and not widths and not borders:
         findings.warn(place.at(node), f"lane {number} has neither width nor border, width 0 assumed")
     speeds = [(start + place.number(speed, "sOffset", 0.0), _speed(speed, place, findings)) for speed in parts.get("speed", [])]
+    frictions = [
+        (start + place.number(node, "sOffset", 0.0), place.number(node, "friction")) for node in parts.get("material", []) if node.get("friction")
+    ]
+    if any(friction <= 0.0 for _, friction in frictions):
+        raise place.error(node, f"friction is {min(friction for _, friction in frictions):g}, expected more than 0")
     ends = [(end.tag, int(place.number(end, "id"))) for link in parts.get("link", []) for end in link]
     return LaneRecord(
         number,
@@ -344,22 +349,26 @@ def _lane(node: Node, place: Place, findings: Findings, start: float, sign: int,
         _cubics(borders, place, "sOffset", start) if borders and not widths else None,
         tuple(lane for tag, lane in ends if tag == "predecessor"),
         tuple(lane for tag, lane in ends if tag == "successor"),
-        tuple(sorted(speeds)),
+        tuple(sorted((at, limit) for at, limit in speeds if limit is not None)),
         place.at(node),
+        tuple(sorted(frictions)),
     )
 
 
-def _speed(node: Node, place: Place, findings: Findings) -> float:
+def _speed(node: Node, place: Place, findings: Findings) -> float | None:
+    """m/s; inf where there is no limit; None where the file does not know one."""
     word, unit = node.get("max", ""), node.get("unit", "")
-    if word in NO_LIMIT:
+    if word == "no limit":
         return np.inf
+    if word == "undefined":
+        return None
     if unit not in UNITS:
         raise place.error(node, f"unit is {unit!r}, expected m/s, km/h or mph")
     value = place.float(node, "max", word) * UNITS[unit]
     if value <= 0.0:
         # writers put 0 where they know no limit; a limit of 0 would close the road
-        findings.warn(place.at(node), f"speed limit of {word} {unit or 'm/s'} is taken as none, expected more than 0")
-        return np.inf
+        findings.warn(place.at(node), f"speed limit of {word} {unit or 'm/s'} is taken as unknown, expected more than 0")
+        return None
     return value
 
 

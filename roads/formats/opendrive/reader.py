@@ -86,6 +86,11 @@ def _road(path: Path, drive: OpenDrive, shapes: Shapes, identity: str) -> Road:
         closed = _is_closed(drive, shape)
         count = len(rows) - closed
         curve, along_curve = _curve(shape, closed)
+        followed = _drive(s, road_lanes, edges, along, record.left_hand, closed=closed)
+        driven = followed or _outermost(road_lanes, along, record.left_hand)
+        right, left = (np.append(side, side[: len(s) - len(side)]) for side in (driven.right, driven.left))
+        padded = Lane(along, right, left)
+        limit, friction = _of_driven_lane(shape, s, sections, rows, padded, along)
         made = Road(
             name,
             curve,
@@ -93,10 +98,11 @@ def _road(path: Path, drive: OpenDrive, shapes: Shapes, identity: str) -> Road:
             read_only(edges[0][:count]),
             read_only(edges[1][:count]),
             read_only(shape.height[rows][:count]),
-            read_only(_limits(shape, s, along)[:count]),
+            read_only(limit[:count]),
             tuple(_open_ended(lane, count) for lane in road_lanes),
             read_only(shape.bank[rows][:count]),
-            drive=_drive(s, road_lanes, edges, along, record.left_hand, closed=closed),
+            read_only(friction[:count]),
+            drive=followed,
             left_hand=record.left_hand,
             plan_view=tuple(element.by_arc_length() if isinstance(element, Cubic) else element for element in record.elements),
             origin=_origin(drive.geo_reference),
@@ -236,23 +242,26 @@ def _is_closed(drive: OpenDrive, shape: RoadShape) -> bool:
     return bool(own or (len(drive.roads) == 1 and record.length > 10.0 and gap < 0.01 and turn < 0.01 and level < 0.01))
 
 
-def _limits(shape: RoadShape, s: Floats, along: int) -> Floats:
-    """The road's limits at `s`; where all lanes that lead `along` have their own, the highest of those."""
+def _of_driven_lane(shape: RoadShape, s: Floats, sections: NDArray[np.intp], rows: NDArray[np.intp], lane: Lane, along: int) -> tuple[Floats, Floats]:
+    """Speed limit and friction (n,) of the lane that is driven, section by section the one that it lies on."""
     record = shape.record
-    limit = np.full(len(s), np.inf)
-    for start, speed in record.speeds:
-        limit[s >= start - 1e-9] = speed
-    for section in record.sections:
-        inside = (s >= section.start - 1e-9) & (s < section.end - 1e-9 if section is not record.sections[-1] else s >= section.start - 1e-9)
-        lanes = [lane for lane in section.lanes if lane.kind in DRIVABLE and lane.direction in (0, along)]
-        if lanes and all(lane.speeds for lane in lanes):
-            own = np.full((len(lanes), len(s)), -np.inf)
-            for row, lane in zip(own, lanes, strict=True):
-                for start, speed in lane.speeds:
-                    row[s >= start - 1e-9] = speed
-            best = np.max(own, axis=0)
-            limit = np.where(inside & np.isfinite(best), best, np.where(inside & (best == np.inf), np.inf, limit))
-    return limit
+    limit, friction = np.full(len(s), np.inf), np.ones(len(s))
+    middle = 0.5 * (lane.right + lane.left)
+    for index, section in enumerate(shape.sections):
+        here = np.flatnonzero(sections == index)
+        at = here[len(here) // 2]
+        borders = section.borders[:, rows[at] - section.first] * np.cos(shape.bank[rows[at]])
+        candidates = [k for k, other in enumerate(section.lanes) if other.kind in DRIVABLE and other.direction in (0, along)]
+        if not candidates:
+            continue
+        best = min(candidates, key=lambda k: abs(0.5 * (borders[k] + borders[k + 1]) - middle[at]))
+        driven = section.lanes[best]
+        part = record.sections[index]
+        for start, speed in driven.limits(part.start, part.end, record.speeds):
+            limit[here[s[here] >= start - 1e-9]] = speed
+        for start, share in driven.frictions:
+            friction[here[s[here] >= start - 1e-9]] = share
+    return limit, friction
 
 
 def _drive(s: Floats, lanes: list[Lane], edges: tuple[Floats, Floats], along: int, left_hand: bool, *, closed: bool) -> Lane | None:

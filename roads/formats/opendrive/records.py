@@ -61,7 +61,7 @@ NOTHING = Cubics((), ())
 
 @dataclass(frozen=True, eq=False)
 class LaneRecord:
-    """One lane of one section; `width` or `border` is None where the other one rules. Speeds: (sOffset, m/s)."""
+    """One lane of one section; `width` or `border` is None where the other one rules. Speeds and frictions: (station, m/s or share)."""
 
     id: int
     kind: str
@@ -72,6 +72,17 @@ class LaneRecord:
     successors: tuple[int, ...]
     speeds: tuple[tuple[float, float], ...]
     place: str
+    frictions: tuple[tuple[float, float], ...] = ()
+
+    def limits(self, start: float, end: float, of_road: tuple[tuple[float, float], ...]) -> list[tuple[float, float]]:
+        """(station, m/s) from `start` to `end`: the lane's own limits where it has begun to have one, before that those of its road."""
+        marks = {start} | {at for at, _ in (*self.speeds, *of_road) if start < at < end}
+        found = []
+        for mark in sorted(marks):
+            own = [speed for at, speed in self.speeds if at <= mark + 1e-9]
+            road = [speed for at, speed in of_road if at <= mark + 1e-9]
+            found.append((mark, own[-1] if own else road[-1] if road else np.inf))
+        return found
 
 
 @dataclass(frozen=True, eq=False)

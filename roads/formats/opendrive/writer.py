@@ -122,6 +122,8 @@ def _lane(side: Node, road: RoadRecord, lane: LaneRecord, start: float) -> None:
         _cubics(node, "width", lane.width, "sOffset", start)
     if lane.border is not None:
         _cubics(node, "border", lane.border, "sOffset", start)
+    for at, friction in lane.frictions:
+        _add(node, "material", sOffset=max(at - start, 0.0), friction=friction)
     for at, speed in lane.speeds:
         _add(node, "speed", sOffset=max(at - start, 0.0), max=_number(speed) if np.isfinite(speed) else "no limit", unit="m/s")
 
