@@ -72,19 +72,19 @@ def _close_pairs(starts: Floats, ends: Floats) -> NDArray[np.intp]:
     key = cell[:, 0] * stride + cell[:, 1]
     order = np.argsort(key, kind="stable")
     ranked = key[order]
-    low, high = np.minimum(starts, ends), np.maximum(starts, ends)
-    neighbours = [
-        (np.searchsorted(ranked, key + step), np.searchsorted(ranked, key + step, side="right"), step)
-        for step in (0, 1, stride - 1, stride, stride + 1)
-    ]
+    # boxes in the order of the cells, axis by axis: neighbours are then close in memory too
+    low, high = np.minimum(starts, ends).T[:, order].copy(), np.maximum(starts, ends).T[:, order].copy()
+    steps = (0, 1, stride - 1, stride, stride + 1)
+    neighbours = [(np.searchsorted(ranked, ranked + step), np.searchsorted(ranked, ranked + step, side="right"), step) for step in steps]
     if sum(int(np.sum(end - begin)) for begin, end, _ in neighbours) > 300 * len(key) + 1_000_000:
         raise RoadError("the line lies in so many layers over itself that it cannot be a road")
     found = []
     for begin, end, neighbour in neighbours:
         count = end - begin
         a = np.repeat(np.arange(len(key)), count)
-        b = order[np.repeat(begin, count) + np.arange(len(a)) - np.repeat(np.cumsum(count) - count, count)]
-        overlap = np.all((low[a] <= high[b]) & (low[b] <= high[a]), axis=1) & ((neighbour > 0) | (a < b))
-        found.append(np.sort(np.column_stack([a[overlap], b[overlap]]), axis=1))
+        b = np.repeat(begin, count) + np.arange(len(a)) - np.repeat(np.cumsum(count) - count, count)
+        overlap = (low[0, a] <= high[0, b]) & (low[0, b] <= high[0, a]) & (low[1, a] <= high[1, b]) & (low[1, b] <= high[1, a])
+        overlap &= (neighbour > 0) | (a < b)
+        found.append(np.sort(np.column_stack([order[a[overlap]], order[b[overlap]]]), axis=1))
     pairs = np.concatenate(found)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]

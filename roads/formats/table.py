@@ -56,8 +56,8 @@ def read_table(path: Path) -> Table:
     headers: list[tuple[int, list[str], bool]] = []
     bodies: list[str] = []
     lines: list[int] = []
-    for number, raw in enumerate(read_text(path).splitlines(), 1):
-        line = raw.strip()
+    everything = [raw.strip() for raw in read_text(path).splitlines()]
+    for number, line in enumerate(everything, 1):
         if not line:
             continue
         if line[0] == "#":
@@ -67,13 +67,15 @@ def read_table(path: Path) -> Table:
                 keys.setdefault(key.strip().lower(), value.strip())
                 continue
             body = value.strip() if colon and key.strip().lower() == "columns" else body
-            if not bodies and _is_header(words := _words(body, _delimiter(body))):
+            if _is_header(words := _words(body, _delimiter(body))):
                 headers.append((number, words, True))
-        elif not bodies and _is_header(words := _words(line, _delimiter(line))) and not any(not comment for _, _, comment in headers):
+        elif _is_header(words := _words(line, _delimiter(line))) and not any(not comment for _, _, comment in headers):
             headers.append((number, words, False))
         else:
-            bodies.append(line)
-            lines.append(number)
+            # data from here on; remarks between them say nothing
+            lines = [at for at, later in enumerate(everything[number - 1 :], number) if later and later[0] != "#"]
+            bodies = [everything[at - 1] for at in lines]
+            break
     if not bodies:
         raise RoadError(f"{path}: no data, expected rows of numbers")
     delimiter = _delimiter(bodies[0])
@@ -134,7 +136,7 @@ def _numbers(path: Path, bodies: list[str], lines: list[int], delimiter: str | N
     split = [body.split(delimiter) for body in bodies]
     try:
         rows = np.array(split, dtype=np.float64)
-        if rows.ndim == 2 and np.all(np.abs(rows) < LARGEST) and all(body.isascii() and "_" not in body for body in bodies):
+        if rows.ndim == 2 and np.all(np.abs(rows) < LARGEST) and (joined := "".join(bodies)).isascii() and "_" not in joined:
             return rows
     except ValueError:
         pass

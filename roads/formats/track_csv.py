@@ -197,7 +197,8 @@ def _refuse_crossings(path: Path, road: Road, points: Floats, lines: list[int]) 
             raise RoadError(
                 f"{path}:{lines[j]}: the road crosses itself at ({place[0]:.1f}, {place[1]:.1f}) m, where line {lines[i]} passed on the same level"
             )
-    normal = road.reference.normal(road.s)
+    tangent = road.reference.pieces.derivative(road.reference.pieces.breaks[: len(points)])
+    normal = np.column_stack([-tangent[1], tangent[0]]) / np.hypot(*tangent)[:, None]
     edges = (points + road.left[:, None] * normal, points + road.right[:, None] * normal)
     for i, j, place in mutual_crossings(*edges):
         apart = abs(road.s[i] - road.s[j])

@@ -147,7 +147,8 @@ def _stations_needed(road: RoadRecord) -> float:
     cubics += [cubic for section in road.sections for lane in section.lanes if (cubic := lane.width or lane.border) is not None]
     bent = sum(_counts(cubic, road.length, SAG_BANK if cubic is road.superelevation else SAG) for cubic in cubics if not cubic.is_flat)
     view = road.length / LONGEST_STEP
-    if len(road.elements) > 1 or road.length > 1e4:
+    # an ordinary road cannot need many: only long ones and those of many elements are looked at closely
+    if len(road.elements) > 500 or road.length > 1e4:
         each = PlanView(road.elements, np.ones(len(road.elements), dtype=bool))
         view = float(np.sum(each.length / each.steps())) + 2.0 * len(road.elements)
     return view + bent + sum(len(cubic.starts) for cubic in cubics)

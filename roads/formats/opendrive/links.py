@@ -28,7 +28,8 @@ def links_of(drive: OpenDrive, shapes: Shapes) -> dict[str, Link]:
             for group in _groups(section.lanes):
                 made = [_link(road, shapes, index, lane, along) for lane in group for along in _ways(lane)]
                 _set_beside(made)
-                links.update((link.id, link) for _, _, link in made)
+                for _, _, link in made:
+                    links[link.id] = link
     incoming: dict[str, list[Connection]] = {}
     for connections in drive.junctions.values():
         for connection in connections:
