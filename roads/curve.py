@@ -78,12 +78,10 @@ class PlanarCurve:
     @classmethod
     def of_pieces(cls, pieces: PiecewiseCubic, *, closed: bool = False) -> PlanarCurve:
         """A curve from its piecewise polynomial; arc length and headings at the breaks are computed here."""
-        u = pieces.breaks
-        speed = _speed(pieces, 0.5 * (u[1:] + u[:-1])[:, None] + 0.5 * np.diff(u)[:, None] * _NODES)
-        lengths = 0.5 * np.diff(u) * (speed @ _WEIGHTS)
-        fine = np.linspace(u[:-1], u[1:], 5)[:-1].T.ravel()
-        tangent = pieces(np.append(fine, u[-1]), 1)[1]
-        psi = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))[::4]
+        h = np.diff(pieces.breaks)
+        lengths = 0.5 * h * (np.hypot(*_rates(pieces, 0.5 * (1.0 + _NODES))) @ _WEIGHTS)
+        x, y = (np.append(rate[:, :-1].ravel(), rate[-1, -1]) for rate in _rates(pieces, np.linspace(0.0, 1.0, 5)))
+        psi = np.unwrap(np.arctan2(y, x))[::4]
         return cls(pieces, closed, read_only(np.concatenate([[0.0], np.cumsum(lengths)])), read_only(psi))
 
     @property
@@ -220,6 +218,14 @@ def curvature_of(pieces: PiecewiseCubic, u: ArrayLike) -> Floats:
     _, d1, d2 = pieces(u, 2)
     speed = np.hypot(d1[..., 0], d1[..., 1])
     return (d1[..., 0] * d2[..., 1] - d1[..., 1] * d2[..., 0]) / speed**3
+
+
+def _rates(pieces: PiecewiseCubic, shares: Floats) -> tuple[Floats, Floats]:
+    """First derivatives of x and of y, (n, k) each, at k shares of every piece."""
+    th = np.diff(pieces.breaks)[:, None] * shares
+    a, b, c, _ = pieces.coefficients
+    x, y = ((3.0 * a[k][:, None] * th + 2.0 * b[k][:, None]) * th + c[k][:, None] for k in (0, 1))
+    return x, y
 
 
 def _speed(pieces: PiecewiseCubic, u: ArrayLike) -> Floats:

@@ -74,7 +74,7 @@ def of_table(table: Table, *, closed: bool | None = None) -> Road:
             raise RoadError(f"{path}:{lines[at]}: {name} is {named[name][at]:g}, expected more than 0")
     road = _road(
         path,
-        shown([keys.get("name") or path.stem]),
+        (keys.get("name") or path.stem)[:200],
         points,
         -named["w_tr_right_m"],
         named["w_tr_left_m"],
