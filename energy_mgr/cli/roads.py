@@ -67,6 +67,7 @@ def convert_command(
     made = _one_road(file, chosen(options))
     with _complaints():
         import roads
+        from roads.formats.registry import not_kept
         from roads.gallery.shelf import find
         from roads.smooth import smoothed
 
@@ -87,7 +88,8 @@ def convert_command(
         if spacing is not None:
             made = made.resampled(spacing)
         roads.write(made, out)
-    click.echo(f"written: {out} ({made.length:.1f} m)")
+    lost = not_kept(made, out)
+    click.echo(f"written: {out} ({made.length:.1f} m)" + (f"; not kept: {'; '.join(lost)}" if lost else ""))
 
 
 @roads_group.command("show")

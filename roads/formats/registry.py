@@ -110,6 +110,16 @@ def write(road: Road, path: str | PathLike[str]) -> None:
     write_it(road, path)
 
 
+def not_kept(road: Road, path: str | PathLike[str]) -> list[str]:
+    """What `road` has and the format of `path` does not hold, in words."""
+    found = [f"columns {', '.join(road.columns)}"] if road.columns else []
+    if Path(path).suffix.lower() == ".xodr" and road.drive is not None:
+        found.append("the lane to drive (a reader finds it anew)")
+    if Path(path).suffix.lower() == ".csv" and road.origin is not None:
+        found.append("latitude and longitude of the origin")
+    return found
+
+
 def _one_road(path: Path, suffix: str, *, closed: bool | None, width: float | None, lane: float | None) -> Road:
     if suffix in (".gpx", ".geojson", ".json"):
         from .centre_line import read_geojson, read_gpx

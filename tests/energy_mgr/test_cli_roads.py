@@ -57,6 +57,11 @@ def test_convert_writes_what_it_says(capsys: pytest.CaptureFixture[str], tmp_pat
     code, text, _ = run(capsys, "convert", str(samples.gpx(tmp_path)), str(tmp_path / "a.geojson"), "--width", "6", "--smooth", "0.5")
     assert "smoothed: largest deviation" in text
     assert roads.read(tmp_path / "a.geojson").origin is not None
+    code, text, _ = run(capsys, "convert", str(samples.path_csv(tmp_path)), str(tmp_path / "b.xodr"), "--lane", "3.5", "--width", "7")
+    assert "not kept: columns s, psi, v, kappa" in text
+    code, _, err = run(capsys, "convert", str(out), str(out))
+    assert code == 2
+    assert "is the file that is read" in err
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg"])
