@@ -16,6 +16,7 @@ from .network import Network as Network
 from .network_builder import NetworkBuilder as NetworkBuilder
 from .road import Lane as Lane
 from .road import Road as Road
+from .smooth import smoothed as smoothed
 
 __all__ = [
     "Corridor",
@@ -35,5 +36,6 @@ __all__ = [
     "read",
     "read_network",
     "shipped",
+    "smoothed",
     "write",
 ]

@@ -87,8 +87,8 @@ def _part(network: Network, steps: list[Step]) -> _Part | None:
             left, right = right[::-1], left[::-1]
         if name == last.link.id:
             followed = len(lanes)
-        lanes.append((name, -1 if is_against else 1, _cut(left, share), _cut(right, share)))
-    middles += [_cut(step.link.centre, share) for step in steps]
+        lanes.append((name, -1 if is_against else 1, _cut(left, share, exact=link.exact), _cut(right, share, exact=link.exact)))
+    middles += [_cut(step.link.centre, share, exact=step.link.exact) for step in steps]
     middle = middles[0] if len(middles) == 1 else _changed(network, steps, middles)
     length = float(way_along(middle)[-1])
     if length < NEAREST:
@@ -98,15 +98,18 @@ def _part(network: Network, steps: list[Step]) -> _Part | None:
     return _Part(middle, lanes, followed, limit, first.link.exact)
 
 
-def _cut(line: Floats, share: tuple[float, float]) -> Floats:
-    """The part of `line` between two shares of its length."""
+def _cut(line: Floats, share: tuple[float, float], *, exact: bool) -> Floats:
+    """The part of `line` between two shares of its length; new ends lie on its curve (`exact`) or on the polyline."""
     if share == (0.0, 1.0):
         return line
     s = way_along(line)
     low, high = share[0] * s[-1], share[1] * s[-1]
     inner = (s > low + 1e-6) & (s < high - 1e-6)
     at = np.concatenate([[low], s[inner], [high]])
-    return np.column_stack([np.interp(at, s, line[:, axis]) for axis in range(3)])
+    made = np.column_stack([np.interp(at, s, line[:, axis]) for axis in range(3)])
+    if exact and len(line) > 2 and s[-1] > 4.0 * NEAREST:
+        made[[0, -1]] = _along(line, np.array(share))
+    return made
 
 
 def _changed(network: Network, steps: list[Step], middles: list[Floats]) -> Floats:

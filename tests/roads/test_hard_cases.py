@@ -33,6 +33,16 @@ def test_a_change_of_lane_adds_no_noise_to_the_curvature(tmp_path: Path, radius:
     assert np.max(np.abs(made.reference.curvature(np.linspace(0.0, made.length, 3000)))) < 1.0 / (radius + 5.3) + 0.006
 
 
+def test_a_route_that_begins_in_the_middle_of_a_bend_begins_on_it(tmp_path: Path):
+    arc = '<geometry s="0" x="0" y="0" hdg="0" length="90"><arc curvature="0.03333333333333333"/></geometry>'
+    network = roads.read_network(write(tmp_path, road(arc, length=90.0)))
+    begin, end = ((np.array([31.75 * np.sin(a), 30.0 - 31.75 * np.cos(a)])) for a in (0.71, 2.3))
+    made = network.route(tuple(begin), tuple(end))
+    away = np.hypot(*(made.reference.position(np.linspace(0.0, made.length, 400)) - [0.0, 30.0]).T)
+    assert np.max(np.abs(away - 31.75)) < 1e-3
+    assert np.max(np.abs(made.reference.curvature(np.linspace(0.0, made.length, 400)) - 1.0 / 31.75)) < 2e-4
+
+
 def test_a_change_of_lane_needs_its_way(tmp_path: Path):
     network = roads.read_network(write(tmp_path, road(lanes=section("", lane(-1) + lane(-2)))))
     with pytest.raises(RoadError, match=r"changing from lane 1/0/-1 to 1/0/-2 takes at least 12 m, 5.0 m are left"):

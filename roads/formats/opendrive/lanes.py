@@ -132,7 +132,7 @@ def _lane(node: Node, place: Place, findings: Findings, start: float, sign: int,
 
 def speed_of(node: Node, place: Place, findings: Findings) -> float | None:
     """m/s; inf where there is no limit; None where the file does not know one."""
-    word, unit = node.get("max", ""), node.get("unit", "")
+    word, unit = node.get("max", "").strip(), node.get("unit", "").strip()
     if word == "no limit":
         return np.inf
     if word == "undefined":
