@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .borders import dense, places_beside, way_along
+from .borders import dense, narrowed_at, places_beside, spaced, way_along
 from .curve import PlanarCurve, read_only
 from .errors import RoadError
 from .road import Lane, Road
@@ -136,11 +136,7 @@ def _changed(network: Network, steps: list[Step], middles: list[Floats]) -> Floa
 def _along(line: Floats, share: Floats) -> Floats:
     """Places (n, 3) at shares of the length of `line`: on the spline through its points, heights linear."""
     s = way_along(line)
-    keep = np.append(True, np.diff(s) > NEAREST)
-    keep[-1] = True
-    if len(s) > 2 and s[-1] - s[-2] <= NEAREST:
-        keep[-2] = False
-    keep[0] = True
+    keep = spaced(s, NEAREST)
     curve = PlanarCurve.through(line[keep, :2])
     # the spline's own length runs a little ahead of the polyline's
     at = np.interp(share * s[-1], s[keep], curve.breaks_s)
@@ -223,6 +219,22 @@ def _measured(curve: PlanarCurve, part: _Part, stations: Floats) -> tuple[Floats
     return np.array(right), np.array(left), bank
 
 
+def _limits(part: _Part, way: Floats) -> Floats:
+    """Speed limits of the lane driven, (n,) m/s, at distances `way` (m) along the part."""
+    along = way_along(part.middle)
+    return part.limit[np.clip(np.searchsorted(along, np.clip(way, 0.0, along[-1]) + 1e-6, side="right") - 1, 0, len(along) - 1)]
+
+
+def _lanes(network: Network, part: _Part, here: NDArray[np.bool_], sides: list[Floats]) -> list[Lane]:
+    """The part's lanes over the stations of the whole road: there where `here` says so, from `sides`, right and left (lanes, n)."""
+    made = []
+    for (identity, direction, _, _), *offsets in zip(part.lanes, *sides, strict=True):
+        bounds = np.full((2, len(here)), np.nan)
+        bounds[:, here] = offsets
+        made.append(Lane(direction, read_only(bounds[0]), read_only(bounds[1]), network.links[identity].kind, identity))
+    return made
+
+
 def _road(
     name: str,
     network: Network,
@@ -251,22 +263,13 @@ def _road(
         at = stations[here]
         right[here], left[here] = np.interp(at, own, lane_right[0]), np.interp(at, own, lane_left[-1])
         bank[here] = np.interp(at, own, banks)
-        begin = own[0]
-        span = float(way_along(part.middle)[-1])
-        along = way_along(part.middle)
-        limit[here] = part.limit[np.clip(np.searchsorted(along, np.clip(at - begin, 0.0, span) + 1e-6, side="right") - 1, 0, len(along) - 1)]
+        limit[here] = _limits(part, at - own[0])
         mid_right, mid_left = np.interp(at, own, lane_right[part.followed]), np.interp(at, own, lane_left[part.followed])
         # the reference is the middle driven: while it changes lanes, the strip to be driven goes with it
         half = 0.5 * (mid_left - mid_right)
         drive_right[here], drive_left[here] = -half, half
-        for j, (identity, direction, _, _) in enumerate(part.lanes):
-            bounds = np.full((2, len(stations)), np.nan)
-            bounds[0, here], bounds[1, here] = np.interp(at, own, lane_right[j]), np.interp(at, own, lane_left[j])
-            lanes.append(Lane(direction, read_only(bounds[0]), read_only(bounds[1]), network.links[identity].kind, identity))
-    for at in np.searchsorted(stations, s[joints]):
-        low, high = max(right[at - 1], right[at]), min(left[at - 1], left[at])
-        if low < high:
-            right[at], left[at] = low, high
+        lanes += _lanes(network, part, here, [np.array([np.interp(at, own, row) for row in side]) for side in (lane_right, lane_left)])
+    right, left = narrowed_at(right, left, np.searchsorted(stations, s[joints]))
     lanes = [Lane(lane.direction, np.clip(lane.right, right, left), np.clip(lane.left, right, left), lane.kind, lane.name) for lane in lanes]
     drive = Lane(1, np.clip(drive_right, right, left), np.clip(drive_left, right, left), "driving", "route")
     left_hand = network.links[parts[0].lanes[parts[0].followed][0]].left_hand

@@ -18,6 +18,25 @@ if TYPE_CHECKING:
 MOST_POINTS = 100_000
 
 
+def spaced(s: Floats, least: float) -> NDArray[np.bool_]:
+    """Which of the stations `s` (n,) to draw a curve through: those more than `least` (m) beyond the one before, and both ends."""
+    keep = np.append(True, np.diff(s) > least)
+    if not keep[-1]:
+        keep[np.flatnonzero(keep)[-1]] = np.count_nonzero(keep) == 1
+        keep[-1] = True
+    return keep
+
+
+def narrowed_at(right: Floats, left: Floats, joints: NDArray[np.intp]) -> tuple[Floats, Floats]:
+    """Edges where cross-sections meet: at each index of `joints` the inner ones of it and of the station before, so that none is too wide."""
+    right, left = right.copy(), left.copy()
+    for at in joints.tolist():
+        low, high = max(right[at - 1], right[at]), min(left[at - 1], left[at])
+        if low < high:
+            right[at], left[at] = low, high
+    return right, left
+
+
 def way_along(line: Floats) -> Floats:
     """(n,) distance in m along the polyline `line` (n, 2 or more), in plan."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .borders import narrowed_at
 from .cubic import PiecewiseCubic
 from .curve import PlanarCurve, read_only
 from .errors import RoadError
@@ -153,11 +154,7 @@ def join(roads: Sequence[Road], name: str | None = None) -> Road:
         return np.concatenate([pick(part) for part in parts])
 
     right, left = chained(lambda road: road.right), chained(lambda road: road.left)
-    for at in np.flatnonzero(np.diff(owner)) + 1:
-        # where one road ends and the next begins the edges are the inner ones of both
-        low, high = max(right[at - 1], right[at]), min(left[at - 1], left[at])
-        if low < high:
-            right[at], left[at] = low, high
+    right, left = narrowed_at(right, left, np.flatnonzero(np.diff(owner)) + 1)
     lanes = _joined_lanes(parts, chained, right, left)
     drive = None
     if any(road.drive is not None for road in roads):

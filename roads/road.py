@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .borders import spaced
 from .corridor import Corridor
 from .curve import PlanarCurve, read_only
 from .errors import RoadError
@@ -207,11 +208,7 @@ class Road:
     @cached_property
     def knots(self) -> Floats:
         """Stations that curves beside the road are drawn through: `s` without those that lie within `KNOTS` m of the one before."""
-        keep = np.append(True, np.diff(self.s) > KNOTS)
-        if not keep[-1]:
-            keep[np.flatnonzero(keep)[-1]] = np.count_nonzero(keep) == 1
-            keep[-1] = True
-        return self.s[keep]
+        return self.s[spaced(self.s, KNOTS)]
 
     def corridor(self, extent: Extent = "own", margin: float = 0.0) -> Corridor:
         """The strip that a point may use: `lane` (the driving lane), `own` (all lanes that lead this way), `road` (edge to edge).

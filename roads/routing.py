@@ -227,6 +227,7 @@ def _way(
     distances: Floats,
     before: NDArray[np.int32],
 ) -> tuple[float, list[list[Step]]] | None:
+    """Cost and steps of the cheapest way from one link and share of it to another; None where there is none."""
     (first, share), (last, until) = begin, finish
     start_link, goal_link = network.links[first], network.links[last]
     # neighbours of a damaged file need not know of each other
@@ -235,7 +236,8 @@ def _way(
     if side_by_side and share < until:
         chain = _across(network, first, last)
         if chain is not None:
-            cost = float(price[row[first]]) * (until - share) + CHANGE_WAY * (len(chain) - 1)
+            whole = float(price[row[first]])
+            cost = whole * (until - share) + abs(whole) / max(start_link.length, 1e-9) * CHANGE_WAY * (len(chain) - 1)
             return cost, [[_step(network.links[name], share, until) for name in chain]]
     target = row[last]
     chain_rows = [target]
@@ -254,7 +256,17 @@ def _way(
         return None
     while before[chain_rows[-1]] >= 0:
         chain_rows.append(int(before[chain_rows[-1]]))
-    names = [ids[k] for k in reversed(chain_rows)]
+    groups = _by_cross_section(network, [ids[k] for k in reversed(chain_rows)])
+    cost = way - share * float(price[row[first]]) + until * float(price[target])
+    steps = []
+    for k, group in enumerate(groups):
+        low, high = share if k == 0 else 0.0, until if k == len(groups) - 1 else 1.0
+        steps.append([_step(network.links[name], low, high) for name in group])
+    return cost, steps
+
+
+def _by_cross_section(network: Network, names: list[str]) -> list[list[str]]:
+    """Links of a way, those that are changed between on one stretch together."""
     groups: list[list[str]] = [[names[0]]]
     for name, after in pairwise(names):
         link = network.links[name]
@@ -262,12 +274,7 @@ def _way(
             groups[-1].append(after)
         else:
             groups.append([after])
-    cost = way - share * float(price[row[first]]) + until * float(price[target])
-    steps = []
-    for k, group in enumerate(groups):
-        low, high = share if k == 0 else 0.0, until if k == len(groups) - 1 else 1.0
-        steps.append([_step(network.links[name], low, high) for name in group])
-    return cost, steps
+    return groups
 
 
 def _across(network: Network, first: str, last: str) -> list[str] | None:

@@ -12,6 +12,7 @@ from .records import NOTHING, Cubics, LaneRecord, OpenDrive, RoadEnd, RoadRecord
 from .writer import write_records
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -115,47 +116,48 @@ def _heights(road: Road, s: Floats) -> Cubics:
 
 
 def _hermite(s: Floats, z: Floats, slope: Floats) -> Cubics:
-    """As few cubics as keep `TOLERANCE` at all data between their ends; each as long as doubling and halving finds."""
-    starts: list[float] = []
-    rows: list[tuple[float, ...]] = []
-    at, reach = 0, 1
-    while at < len(s) - 1:
-        while True:
-            end = min(at + reach, len(s) - 1)
-            row = _cubic(s[at], s[end], z[at], z[end], slope[at], slope[end])
-            d = s[at : end + 1] - s[at]
-            if reach == 1 or np.max(np.abs(row[0] + (row[1] + (row[2] + row[3] * d) * d) * d - z[at : end + 1])) <= TOLERANCE:
-                break
-            reach = max(reach // 2, 1)
-        starts.append(float(s[at]))
-        rows.append(row)
-        at, reach = end, 2 * reach
-    return Cubics(tuple(starts), tuple(rows))
+    """As few cubics as keep `TOLERANCE` at all data between their ends."""
 
+    def between(at: int, end: int) -> tuple[float, ...]:
+        h = s[end] - s[at]
+        rise = (z[end] - z[at]) / h
+        return z[at], slope[at], (3.0 * rise - 2.0 * slope[at] - slope[end]) / h, (slope[at] + slope[end] - 2.0 * rise) / h**2
 
-def _cubic(s0: float, s1: float, z0: float, z1: float, m0: float, m1: float) -> tuple[float, float, float, float]:
-    h = s1 - s0
-    rise = (z1 - z0) / h
-    return float(z0), float(m0), float((3.0 * rise - 2.0 * m0 - m1) / h), float((m0 + m1 - 2.0 * rise) / h**2)
+    return _fewest(s, z, between, TOLERANCE)
 
 
 def _lines(s: Floats, values: Floats, tolerance: float = TOLERANCE) -> Cubics:
-    """Straight records that keep `tolerance` at all data."""
+    """As few straight records as keep `tolerance` at all data."""
+
+    def between(at: int, end: int) -> tuple[float, ...]:
+        return values[at], (values[end] - values[at]) / (s[end] - s[at]), 0.0, 0.0
+
+    return _fewest(s, values, between, tolerance)
+
+
+def _fewest(s: Floats, values: Floats, between: Callable[[int, int], tuple[float, ...]], tolerance: float) -> Cubics:
+    """Records over stretches of data as long as doubling and halving finds; a straight one that goes on with the last is none of its own."""
     starts: list[float] = []
     rows: list[tuple[float, ...]] = []
     at, reach = 0, 1
     while at < len(s) - 1:
         while True:
             end = min(at + reach, len(s) - 1)
-            slope = (values[end] - values[at]) / (s[end] - s[at])
-            if reach == 1 or np.max(np.abs(values[at] + slope * (s[at : end + 1] - s[at]) - values[at : end + 1])) <= tolerance:
+            row = tuple(map(float, between(at, end)))
+            d = s[at : end + 1] - s[at]
+            if reach == 1 or np.max(np.abs(row[0] + (row[1] + (row[2] + row[3] * d) * d) * d - values[at : end + 1])) <= tolerance:
                 break
             reach = max(reach // 2, 1)
-        if not rows or abs(slope - rows[-1][1]) > 1e-12 or abs(values[at] - rows[-1][0] - rows[-1][1] * (s[at] - starts[-1])) > 1e-12:
+        if not (rows and _goes_on(rows[-1], row, float(s[at]) - starts[-1])):
             starts.append(float(s[at]))
-            rows.append((float(values[at]), float(slope), 0.0, 0.0))
+            rows.append(row)
         at, reach = end, 2 * reach
     return Cubics(tuple(starts), tuple(rows))
+
+
+def _goes_on(before: tuple[float, ...], row: tuple[float, ...], way: float) -> bool:
+    straight = not any((*before[2:], *row[2:]))
+    return straight and abs(row[1] - before[1]) <= 1e-12 and abs(row[0] - before[0] - before[1] * way) <= 1e-12
 
 
 def _speeds(road: Road, s: Floats) -> tuple[tuple[float, float], ...]:

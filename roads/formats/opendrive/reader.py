@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...borders import narrowed_at, spaced
 from ...curve import PlanarCurve, read_only
 from ...errors import RoadError
 from ...findings import Findings
@@ -179,7 +180,7 @@ def _lanes(shape: RoadShape, sections: NDArray[np.intp], rows: NDArray[np.intp],
     if np.isinf(right_edge).any():
         at = int(np.argmax(np.isinf(right_edge)))
         raise RoadError(f"no drivable lane that leads on at s = {shape.s[rows[at]]:.1f} m, expected one from start to end")
-    edges = _narrower_at_steps(sections, right_edge, left_edge)
+    edges = narrowed_at(right_edge, left_edge, np.flatnonzero(np.diff(sections)) + 1)
     right_edge, left_edge = edges
     lanes = [
         Lane(lane.direction, np.clip(right, right_edge, left_edge), np.clip(left, right_edge, left_edge), lane.kind, str(lane.id))
@@ -209,22 +210,9 @@ def _carriageway(section: SectionShape, along: int) -> list[int]:
     return list(range(low, high + 1))
 
 
-def _narrower_at_steps(sections: NDArray[np.intp], right: Floats, left: Floats) -> tuple[Floats, Floats]:
-    """At the first station of a section the edges are the inner ones of both sections."""
-    right, left = right.copy(), left.copy()
-    for at in np.flatnonzero(np.diff(sections)) + 1:
-        low, high = max(right[at - 1], right[at]), min(left[at - 1], left[at])
-        if low < high:
-            right[at], left[at] = low, high
-    return right, left
-
-
 def _curve(shape: RoadShape, closed: bool) -> tuple[PlanarCurve, Floats]:
     """The reference line, and the arc length along it (n,) of the file's stations: files say lengths that are millimetres off."""
-    keep = np.append(True, np.diff(shape.s) > NEAREST)
-    if not keep[-1]:
-        keep[np.flatnonzero(keep)[-1]] = len(np.flatnonzero(keep)) == 1
-        keep[-1] = True
+    keep = spaced(shape.s, NEAREST)
     points = shape.points[keep]
     curve = PlanarCurve.through(points[:-1] if closed else points, closed=closed)
     return curve, np.interp(shape.s, shape.s[keep], curve.breaks_s)
