@@ -1,6 +1,9 @@
 from .errors import InfeasibleError as InfeasibleError
 from .errors import PlanningError as PlanningError
 from .errors import SolverError as SolverError
+from .path.ends import End as End
+from .path.objective import Weights as Weights
+from .path.planner import PathOptions as PathOptions
 from .path.planner import plan_path as plan_path
 from .path.result import Path as Path
 from .path.result import PathReport as PathReport
@@ -11,8 +14,10 @@ from .speed.result import SpeedProfile as SpeedProfile
 from .trajectory import Trajectory as Trajectory
 
 __all__ = [
+    "End",
     "InfeasibleError",
     "Path",
+    "PathOptions",
     "PathReport",
     "Plan",
     "PlanningError",
@@ -20,6 +25,7 @@ __all__ = [
     "SpeedLimits",
     "SpeedProfile",
     "Trajectory",
+    "Weights",
     "plan",
     "plan_path",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
@@ -10,7 +10,7 @@ from powertrain import Ledger, Vehicle, drive_energy, load_vehicle
 from roads import Road, open_road
 
 from .errors import InfeasibleError, PlanningError
-from .path import Path, plan_path
+from .path import Path, PathOptions, plan_path
 from .speed import SpeedLimits, SpeedProfile, eco_profile, fastest_profile, scaled_profile
 from .speed.forward_backward import refuse_too_early
 from .trajectory import Trajectory
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from roads.road import Extent
 
     from .path.planner import PathKind
-    from .path.qp import QpName
 
 SpeedKind = Literal["eco", "fast"]
 
@@ -134,7 +133,7 @@ def plan(
     journey_time: float | None = None,
     margin: float = 0.2,
     closed: bool | None = None,
-    qp: QpName = "piqp",
+    path_options: PathOptions | None = None,
     report: Callable[[str], None] | None = None,
 ) -> Plan:
     """Plan a drive and compare it with the lane centre driven as fast as the limits allow.
@@ -149,7 +148,7 @@ def plan(
             always is that of the lane centre, or the least possible (`fast`).
         margin: distance kept between the car's side and the borders, m.
         closed: for a road file, whether it is a circuit; None lets the file tell.
-        qp: solver of the path's QPs, `piqp` or `clarabel`.
+        path_options: how the path is found; its bound on curvature is that of the car's turning circle, if that is tighter.
         report: called with lines of progress.
 
     Raises:
@@ -163,27 +162,35 @@ def plan(
         raise PlanningError(f"margin {margin} m, expected 0 to 100 m")
     if journey_time is not None and not 0.0 < journey_time < 1e7:
         raise PlanningError(f"arrival time {journey_time} s, expected more than 0 and less than 1e7 s")
-    planner = _Planner(road, vehicle, corridor, margin, qp, report)
+    planner = _Planner(road, vehicle, corridor, margin, _steerable(path_options or PathOptions(), vehicle), report)
     comparison = planner.compare(journey_time)
     chosen = planner.choose(path, speed, journey_time, comparison)
     baseline = comparison.reference or planner.run("lane", "fast", None)
     return Plan(road, vehicle, corridor, margin, chosen, baseline, comparison)
 
 
+def _steerable(options: PathOptions, vehicle: Vehicle) -> PathOptions:
+    """The options with no more curvature than the car can steer."""
+    radius = vehicle.limits.turning_radius_min_m
+    return options if radius is None else replace(options, curvature_max=min(options.curvature_max, 1.0 / radius))
+
+
 class _Planner:
     """Makes runs on one road with one car; paths and their limits are made once."""
 
-    def __init__(self, road: Road, vehicle: Vehicle, corridor: Extent, margin: float, qp: QpName, report: Callable[[str], None] | None) -> None:
+    def __init__(
+        self, road: Road, vehicle: Vehicle, corridor: Extent, margin: float, options: PathOptions, report: Callable[[str], None] | None
+    ) -> None:
         self.road, self.vehicle, self.report = road, vehicle, report
         self._clearance = 0.5 * vehicle.chassis.width_m + margin
         self._corridor: Extent = corridor
-        self._qp: QpName = qp
+        self._options = options
         self._routes: dict[PathKind, tuple[Path, SpeedLimits]] = {}
 
     def route(self, kind: PathKind) -> tuple[Path, SpeedLimits]:
         """The path of that kind and the limits along it."""
         if kind not in self._routes:
-            path = plan_path(self.road, self._clearance, extent=self._corridor, kind=kind, qp=self._qp, report=self.report)
+            path = plan_path(self.road, self._clearance, extent=self._corridor, kind=kind, options=self._options, report=self.report)
             self._routes[kind] = path, SpeedLimits.along(self.road, path, self.vehicle)
         return self._routes[kind]
 

@@ -78,6 +78,7 @@ class Limits(_Section, frozen=True, kw_only=True):
     acceleration_max_mps2: Positive
     deceleration_max_mps2: Positive
     lateral_acceleration_max_mps2: Positive
+    turning_radius_min_m: Positive | None = None
 
 
 class Vehicle(_Section, frozen=True, kw_only=True):

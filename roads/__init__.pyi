@@ -1,6 +1,7 @@
 from . import cycles as cycles
 from .builder import RoadBuilder as RoadBuilder
 from .corridor import Corridor as Corridor
+from .corridor import Narrowing as Narrowing
 from .curve import PlanarCurve as PlanarCurve
 from .edit import join as join
 from .errors import RoadError as RoadError
@@ -23,6 +24,7 @@ __all__ = [
     "Finding",
     "Lane",
     "Link",
+    "Narrowing",
     "Network",
     "NetworkBuilder",
     "PlanarCurve",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from .errors import RoadError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -19,6 +21,30 @@ if TYPE_CHECKING:
 FOLD = 0.9
 #: Places at which a border is looked up under the disc that must not touch it.
 _LOOKS = 13
+#: Length of the road over which the border of a narrowing leads across, m.
+_STEP = 1e-3
+
+
+@dataclass(frozen=True)
+class Narrowing:
+    """A stretch where a border is closer than the road's: a parked truck, an oncoming car's lane, road works.
+
+    Attributes:
+        start: station where it begins, m.
+        end: station where it ends, m; on a circuit it may lie before the start.
+        right: offset from the reference that the right border has at least, m; None leaves it.
+        left: offset that the left border has at most, m; None leaves it.
+    """
+
+    start: float
+    end: float
+    right: float | None = None
+    left: float | None = None
+
+    def __post_init__(self) -> None:
+        values = [value for value in (self.start, self.end, self.right, self.left) if value is not None]
+        if not np.all(np.isfinite(values)):
+            raise RoadError(f"{self}: expected finite numbers")
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +75,41 @@ class Corridor:
             length = self.reference.length
             return np.interp(s, self.s, self.right, period=length), np.interp(s, self.s, self.left, period=length)
         return np.interp(s, self.s, self.right), np.interp(s, self.s, self.left)
+
+    def narrowed(self, *narrowings: Narrowing) -> Corridor:
+        """The corridor with some stretches narrower; the border leads straight across at their ends.
+
+        Raises:
+            RoadError: a stretch that ends before it begins or lies beside the road's stations.
+        """
+        made = self
+        for one in narrowings:
+            made = made._with(one)
+        return made
+
+    def _with(self, one: Narrowing) -> Corridor:
+        length = self.reference.length
+        if self.reference.closed:
+            start, end = float(np.mod(one.start, length)), float(np.mod(one.end, length))
+            if start > end:
+                return self._with(Narrowing(start, length, one.right, one.left))._with(Narrowing(0.0, end, one.right, one.left))
+        else:
+            start, end = max(one.start, 0.0), min(one.end, length)
+            if one.end < 0.0 or one.start > length:
+                raise RoadError(f"{self.name}: narrowing from {one.start} m to {one.end} m, expected stations between 0 and {length:.1f} m")
+        if not start < end:
+            raise RoadError(f"{self.name}: narrowing from {one.start} m to {one.end} m, expected an end after the start")
+        cuts = np.array([start - _STEP, start, end, end + _STEP])
+        # the steps lie outside the stretch, so that the whole of it is narrow
+        there = np.min(np.abs(self.s[:, None] - cuts), axis=1) < 1e-6
+        s = np.union1d(self.s[~there | (self.s == 0.0) | (self.s == length)], cuts[(cuts > 0.0) & (cuts < length)])
+        right, left = self.borders(s)
+        inside = (s >= start) & (s <= end)
+        if one.right is not None:
+            right = np.where(inside, np.maximum(right, one.right), right)
+        if one.left is not None:
+            left = np.where(inside, np.minimum(left, one.left), left)
+        return replace(self, s=s, right=right, left=left)
 
     def offsets(self, s: ArrayLike) -> tuple[Floats, Floats]:
         """Right and left offset that a point may use at stations `s`, m.

@@ -46,9 +46,10 @@ class PiecewiseCubic:
             found.append(6.0 * a + 0.0 * th)
         return tuple(np.moveaxis(value, 0, -1) for value in found)
 
-    def derivative(self, u: Floats) -> Floats:
-        """The first derivative (2, ...) at parameters `u`, and nothing else."""
-        piece = np.clip(np.searchsorted(self.breaks, u, side="right") - 1, 0, len(self.breaks) - 2)
+    def derivative(self, u: Floats, piece: NDArray[np.intp] | None = None) -> Floats:
+        """The first derivative (2, ...) at parameters `u`, and nothing else; `piece` says on which pieces they lie, where that is known."""
+        if piece is None:
+            piece = np.clip(np.searchsorted(self.breaks, u, side="right") - 1, 0, len(self.breaks) - 2)
         th = u - self.breaks[piece]
         a, b, c, _ = self.coefficients
         return (3.0 * a[:, piece] * th + 2.0 * b[:, piece]) * th + c[:, piece]

@@ -97,15 +97,25 @@ class PlanarCurve:
         piece = np.clip(np.searchsorted(self.breaks_s, s, side="right") - 1, 0, len(u_breaks) - 2)
         start, end = u_breaks[piece], u_breaks[piece + 1]
         wanted = s - self.breaks_s[piece]
-        u = start + (end - start) * wanted / (self.breaks_s[piece + 1] - self.breaks_s[piece])
+        share = wanted / (self.breaks_s[piece + 1] - self.breaks_s[piece])
+        slow = self._slowness[:, piece]
+        # the cubic with the right rates at both ends is off by the fourth power of the piece
+        u = start + share * (slow[0] + share * (3.0 * (end - start) - 2.0 * slow[0] - slow[1] + share * (slow[0] + slow[1] - 2.0 * (end - start))))
         for _ in range(_NEWTON_STEPS):
             half = 0.5 * (u - start)
             inner = (start + half)[..., None] + half[..., None] * _NODES
-            gap = half * (_speed(self.pieces, inner) @ _WEIGHTS) - wanted
-            u = np.clip(u - gap / _speed(self.pieces, u), start, end)
-            if np.max(np.abs(gap), initial=0.0) < 1e-10:
+            gap = half * (_speed(self.pieces, inner, piece[..., None]) @ _WEIGHTS) - wanted
+            u = np.minimum(np.maximum(u - gap / _speed(self.pieces, u, piece), start), end)
+            # Newton's method squares the error, which is at most that of the rate, a few per cent, times the gap
+            if np.max(np.abs(gap), initial=0.0) < 1e-8:
                 break
         return u
+
+    @cached_property
+    def _slowness(self) -> Floats:
+        """(2, pieces) rate of the parameter by the share of arc length at the start and at the end of every piece."""
+        x, y = _rates(self.pieces, np.array([0.0, 1.0]))
+        return (np.diff(self.breaks_s)[:, None] / np.maximum(np.hypot(x, y), 1e-12)).T
 
     def station(self, u: ArrayLike) -> Floats:
         """Arc length (m) at parameter `u`, the inverse of `parameter`."""
@@ -114,7 +124,7 @@ class PlanarCurve:
         piece = np.clip(np.searchsorted(u_breaks, u, side="right") - 1, 0, len(u_breaks) - 2)
         half = 0.5 * (u - u_breaks[piece])
         inner = (u_breaks[piece] + half)[..., None] + half[..., None] * _NODES
-        return self.breaks_s[piece] + half * (_speed(self.pieces, inner) @ _WEIGHTS)
+        return self.breaks_s[piece] + half * (_speed(self.pieces, inner, piece[..., None]) @ _WEIGHTS)
 
     def position(self, s: ArrayLike) -> Floats:
         """Positions (..., 2) in m at arc length `s`."""
@@ -228,8 +238,8 @@ def _rates(pieces: PiecewiseCubic, shares: Floats) -> tuple[Floats, Floats]:
     return x, y
 
 
-def _speed(pieces: PiecewiseCubic, u: ArrayLike) -> Floats:
-    return np.hypot(*pieces.derivative(np.asarray(u, dtype=np.float64)))
+def _speed(pieces: PiecewiseCubic, u: ArrayLike, piece: NDArray[np.intp] | None = None) -> Floats:
+    return np.hypot(*pieces.derivative(np.asarray(u, dtype=np.float64), piece))
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

@@ -19,6 +19,7 @@ class DefaultSettings:
 
 class DefaultSolution:
     x: list[float]
+    z: list[float]
     status: SolverStatus
 
 class Cone:

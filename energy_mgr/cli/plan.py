@@ -31,9 +31,17 @@ from .road_options import chosen, road_options
 )
 @click.option("--margin", type=float, default=0.2, show_default=True, help="Distance in m between the car's side and the borders.")
 @road_options
-@click.option("--qp", type=click.Choice(["piqp", "clarabel"]), default="piqp", show_default=True, help="Solver of the path's QPs.")
+@click.option(
+    "--path-method",
+    type=click.Choice(["gauss-newton", "linearised", "gradient", "slsqp", "trust-constr", "ipopt"]),
+    default="gauss-newton",
+    show_default=True,
+    help="Solver of the path; the others are for comparison, and slower or worse.",
+)
+@click.option("--knots", default="need", show_default=True, help="Knots of the path: `need` (closer in bends), or a distance in m.")
+@click.option("--qp", default="piqp", show_default=True, help="Solver of the path's QPs: piqp, clarabel, osqp, or another that qpsolvers finds.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("out/plan"), show_default=True, help="Folder for the results.")
-def plan_command(road: str, out: Path, **options: Any) -> None:
+def plan_command(road: str, out: Path, path_method: Any, knots: str, qp: str, **options: Any) -> None:
     """Plan a thrifty drive along ROAD: a road file (see `energy-mgr roads`), or a shipped road (commute, rural, descent, handling, roundabout).
 
     Prints a comparison with the lane centre at equal arrival time and writes trajectory.csv, plan.json and plan.png.
@@ -46,11 +54,13 @@ def plan_command(road: str, out: Path, **options: Any) -> None:
         from roads import RoadError, open_road
 
         from ..errors import PlanningError
+        from ..path import PathOptions
         from ..planning import plan
         from ..report import comparison_table, save_plan
 
         try:
-            made = plan(open_road(road, **chosen(options, options["vehicle"])), report=progress, **options)
+            how = PathOptions(knots=_knots(knots), method=path_method, qp=qp)
+            made = plan(open_road(road, **chosen(options, options["vehicle"])), path_options=how, report=progress, **options)
             progress("drawing")
             files = save_plan(made, out, draw=painter.draw)
         except (RoadError, VehicleError, PlanningError) as error:
@@ -59,3 +69,11 @@ def plan_command(road: str, out: Path, **options: Any) -> None:
             progress.close()
     click.echo(comparison_table(made))
     click.echo("\nwritten: " + ", ".join(str(file) for file in files))
+
+
+def _knots(text: str) -> Any:
+    """`need`, or a distance."""
+    try:
+        return text if text == "need" else float(text)
+    except ValueError:
+        raise click.BadParameter(f"{text!r}, expected `need` or a distance in m", param_hint="--knots") from None

@@ -1,7 +1,9 @@
 """Curvature minimisation: the gentlest path inside a corridor."""
 
-from .planner import plan_path
+from .ends import End
+from .objective import Weights
+from .planner import PathOptions, plan_path
 from .problem import CurvatureProblem
 from .result import Path, PathReport
 
-__all__ = ["CurvatureProblem", "Path", "PathReport", "plan_path"]
+__all__ = ["CurvatureProblem", "End", "Path", "PathOptions", "PathReport", "Weights", "plan_path"]

@@ -1,42 +1,84 @@
-"""From a road and a clearance to a checked path."""
+"""From a road and a clearance to a path that is proven to lie inside it."""
 
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ..errors import InfeasibleError, SolverError
-from . import gauss_newton
+from roads.cubic import PiecewiseCubic
+
+from ..errors import InfeasibleError, PlanningError, SolverError
+from .certificate import Certificate, Prover
+from .knots import knots_by_need
 from .problem import CurvatureProblem
 from .result import Path, PathReport
+from .solvers import solve
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
-    from roads import Corridor, PlanarCurve, Road
+    from roads import Corridor, Narrowing, PlanarCurve, Road
     from roads.road import Extent
 
-    from .qp import QpName
+    from .ends import End
+    from .objective import Weights
+    from .solvers import Method, Solution
 
     Floats = NDArray[np.float64]
 
 PathKind = Literal["optimal", "lane"]
 
-#: Spacing of the re-evaluation of the borders, m.
-CHECK_SPACING = 0.1
-#: A path may leave the corridor by this much, m.
-VIOLATION_TOLERANCE = 1e-3
 #: A corridor must leave the path at least this width, m.
-LEAST_WIDTH = 1e-3
-#: Control points are added where it does by more than this, m.
-_REPAIR_ABOVE = 3e-4
-_REPAIR_ROUNDS = 8
-#: Steps that promise less than this fraction of the cost end the first solve, after which control points are added, and the later ones.
-_ROUGH, _FINE = 1e-4, 1e-6
+LEAST_WIDTH = 2e-3
+#: Borders are drawn in by this much, m: what the proof of being inside needs to spare.
+TIGHTER = 5e-4
+#: A place beyond the border is repaired by drawing the border in by so much more than it is beyond, m.
+_REPAIR_MORE = 2e-4
+#: Rounds of control points per set of knots, and how much denser the knots get where these do not suffice.
+_ROUNDS, _DENSER = 8, (1.0, 1.7, 3.0)
+#: Steps that promise less than this fraction of the cost end the first solve, after which control points are added.
+_ROUGH = 1e-4
+
+
+@dataclass(frozen=True)
+class PathOptions:
+    """How a path is found.
+
+    Attributes:
+        knots: `need` (closer in bends), or a distance in m for equal ones.
+        control_points: points between two knots at which the borders are kept from the start; more are added where the proof needs them.
+        method: solver, see `energy_mgr.path.solvers`.
+        qp: back end of the QPs.
+        tolerance: stop when less than this fraction of the cost is left to gain.
+        weights: what is mixed into squared curvature.
+        ends: what holds where an open road begins and ends; None: on the lane, along it.
+        curvature_max: bound on the path's curvature, 1/m.
+    """
+
+    knots: Literal["need"] | float = "need"
+    control_points: int = 3
+    method: Method = "gauss-newton"
+    qp: str = "piqp"
+    tolerance: float = 1e-6
+    weights: Weights | None = None
+    ends: tuple[End | None, End | None] = (None, None)
+    curvature_max: float = np.inf
+    density: float = field(default=1.0, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.knots != "need" and not 0.05 <= self.knots <= 1000.0:
+            raise PlanningError(f"knots {self.knots}, expected 'need' or a distance of 0.05 to 1000 m")
+        if not 0 <= self.control_points <= 100:
+            raise PlanningError(f"{self.control_points} control points between two knots, expected 0 to 100")
+        if not self.curvature_max > 0.0:
+            raise PlanningError(f"bound on curvature {self.curvature_max} 1/m, expected more than 0")
+        if not 1e-14 <= self.tolerance <= 0.1:
+            raise PlanningError(f"tolerance {self.tolerance}, expected 1e-14 to 0.1")
 
 
 def plan_path(
@@ -45,81 +87,170 @@ def plan_path(
     *,
     extent: Extent = "own",
     kind: PathKind = "optimal",
-    spacing: float = 4.0,
-    control_points: int = 3,
-    qp: QpName = "piqp",
+    narrowings: Sequence[Narrowing] = (),
+    options: PathOptions | None = None,
     report: Callable[[str], None] | None = None,
 ) -> Path:
-    """The path of least integral of squared curvature inside the corridor, or the centre of the driving lane.
+    """The path of least integral of squared curvature inside the corridor, or the centre of the driving lane; proven to keep its clearance
+    everywhere.
 
     Args:
         road: where to drive.
         clearance: distance that the path keeps from the borders, m: half the car's width plus a margin.
         extent: part of the cross-section that may be used, `lane`, `own` (all lanes that lead this way) or `road`.
         kind: `optimal` or `lane` (the lane's centre, which is checked against the corridor but not optimised).
-        spacing: distance of the knots, m.
-        control_points: points between two knots at which the borders are kept from the start; more are added where needed.
-        qp: solver of the QPs.
+        narrowings: obstacles and other places where the borders are closer than the road's.
+        options: how the path is found.
         report: called with lines of progress.
 
     Raises:
-        InfeasibleError: the road is too narrow, or no smooth path keeps the borders; the station is named.
-        SolverError: no path that passes the check was found.
+        InfeasibleError: the road is too narrow, or no smooth path keeps the borders or the bound on curvature; the station is named.
+        SolverError: no path that passes the proof was found; the station is named.
+        PlanningError: options out of range.
     """
     started = time.perf_counter()
-    corridor = road.corridor(extent, clearance)
-    _refuse_narrow(corridor)
+    if not 0.0 <= clearance < 100.0:
+        raise PlanningError(f"clearance {clearance} m, expected 0 to 100 m")
+    corridor = road.corridor(extent, clearance).narrowed(*narrowings)
     lane = road.lane_centre()
-    centre_cost = lane.squared_curvature()
     if kind == "lane":
-        return _follow_lane(road, corridor, lane, centre_cost, started)
-    problem = CurvatureProblem.on(corridor, lane, spacing=spacing, control_points=control_points)
-    found = _search(problem, qp, report)
-    worst = float(np.max(found.beyond))
-    if worst > VIOLATION_TOLERANCE:
-        at = float(found.stations[np.argmax(found.beyond)])
-        raise SolverError(f"{road.name}: the path found leaves the corridor by {worst:.4f} m at s = {at:.1f} m, allowed {VIOLATION_TOLERANCE} m")
-    made = PathReport(
-        status="solved" if found.solution.converged else "stalled",
-        cost_centre=centre_cost,
-        cost=found.curve.squared_curvature(),
-        iterations=found.iterations,
-        optimality=found.solution.optimality,
-        max_violation_m=worst,
+        refuse_narrow(corridor)
+        return _follow_lane(road, corridor, lane, started)
+    return path_in(corridor, lane, options or PathOptions(), report=report)
+
+
+def path_in(corridor: Corridor, centre: PlanarCurve, options: PathOptions, *, report: Callable[[str], None] | None = None) -> Path:
+    """As `plan_path`, in a corridor; `centre` is the first guess and where open ends lie.
+
+    Knots and control points are added until the proof holds. Only when much closer knots find no path either is the corridor called infeasible.
+    """
+    started = time.perf_counter()
+    refuse_narrow(corridor)
+    prover, iterations, fault, stalled = Prover(corridor), 0, None, None
+    for denser in _DENSER:
+        try:
+            problem = _problem(corridor, centre, options, denser)
+            found = _search(problem, prover, options, report)
+        except (InfeasibleError, SolverError) as error:
+            fault = error if fault is None or isinstance(error, InfeasibleError) else fault
+            continue
+        iterations += found.iterations
+        if found.certificate.certified and found.solution.converged:
+            return _path(found, iterations, centre, options, started)
+        if found.certificate.certified:
+            stalled = found if stalled is None or found.solution.cost < stalled.solution.cost else stalled
+        else:
+            fault = _unproven(corridor, found.certificate, options)
+    if stalled is not None:
+        return _path(stalled, iterations, centre, options, started)
+    raise fault or SolverError(f"{corridor.name}: no path was found")
+
+
+def _problem(corridor: Corridor, centre: PlanarCurve, options: PathOptions, denser: float) -> CurvatureProblem:
+    length = corridor.reference.length
+    knots = knots_by_need(corridor, density=options.density * denser) if options.knots == "need" else None
+    return CurvatureProblem.on(
+        corridor,
+        centre,
+        spacing=min(length, 1000.0) if options.knots == "need" else options.knots / denser,
+        knots=knots,
+        control_points=options.control_points,
+        weights=options.weights,
+        ends=options.ends,
+        curvature_max=options.curvature_max,
+        tighter=TIGHTER,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A solved problem and what is proven about it."""
+
+    problem: CurvatureProblem
+    solution: Solution
+    iterations: int
+    certificate: Certificate
+
+
+def _search(problem: CurvatureProblem, prover: Prover, options: PathOptions, report: Callable[[str], None] | None) -> _Found:
+    """Solve roughly, prove, and solve to the end, with control points added wherever the proof fails."""
+    x, iterations, rough, rounds = problem.initial(), 0, options.method == "gauss-newton", 0
+    while True:
+        tolerance = max(_ROUGH, options.tolerance) if rough else options.tolerance
+        solution = solve(problem, x, options.method, qp=options.qp, tolerance=tolerance, report=report)
+        x, iterations = solution.x, iterations + solution.iterations
+        certificate = prover.prove(problem.spline.pieces(x), options.curvature_max)
+        if (certificate.certified and not rough) or rounds == _ROUNDS:
+            return _Found(problem, solution, iterations, certificate)
+        if not certificate.inside:
+            problem = with_repairs(problem, x, certificate)
+        if not certificate.gentle:
+            problem = problem.with_bends(_apart(certificate.bends, 0.5))
+        rough, rounds = False, rounds + 1
+
+
+def with_repairs(problem: CurvatureProblem, x: Floats, certificate: Certificate) -> CurvatureProblem:
+    """Add a control point at each local worst place, with the border drawn in so far that the path must give way by what it is too close, and a
+    little more.
+
+    What the path is off the strip's border there counts too: where the strip is not exact, the proof fails although the strip is kept.
+    """
+    stations, depth = certificate.where, certificate.depth
+    group = np.cumsum(np.diff(stations, prepend=stations[0]) > 0.5)
+    worst = np.lexsort((depth, group))
+    last = np.append(group[worst][1:] != group[worst][:-1], True)
+    at, beyond = stations[worst[last]], depth[worst[last]]
+    reference = problem.corridor.reference
+    offset = np.sum((problem.spline.pieces(x)(at)[0] - reference.position(at)) * reference.normal(at), axis=1)
+    right, left = problem.corridor.offsets(at)
+    spare = np.maximum(np.minimum(left - offset, offset - right), 0.0)
+    return problem.with_rows(at, spare + beyond + _REPAIR_MORE)
+
+
+def _apart(stations: Floats, distance: float) -> Floats:
+    """Those of the increasing stations that lie `distance` after the last one that was taken, and each first one."""
+    taken = []
+    for s in stations:
+        if not taken or s - taken[-1] >= distance:
+            taken.append(float(s))
+    return np.array(taken)
+
+
+def _path(found: _Found, iterations: int, centre: PlanarCurve, options: PathOptions, started: float) -> Path:
+    problem, solution, certificate = found.problem, found.solution, found.certificate
+    curve = problem.curve(solution.x)
+    report = PathReport(
+        status="solved" if solution.converged else "stalled",
+        certified=certificate.certified,
+        cost_centre=centre.squared_curvature(),
+        cost=curve.squared_curvature(),
+        iterations=iterations,
+        optimality=solution.optimality,
+        kkt_residual=solution.kkt_residual,
+        max_violation_m=certificate.beyond,
+        max_curvature=certificate.curvature if np.isfinite(options.curvature_max) else float(np.max(np.abs(curve.curvature(curve.breaks_s)))),
         solve_ms=1e3 * (time.perf_counter() - started),
         knots=len(problem.q),
-        qp=found.solution.solver,
+        method=options.method,
+        qp=solution.solver,
     )
-    return Path(found.curve, found.curve.breaks_s, problem.breaks, made)
+    return Path(curve, curve.breaks_s, problem.spline.breaks, report)
 
 
-class _Found(NamedTuple):
-    """A solved problem with its re-evaluation: road stations every 0.1 m and how far the path is outside there."""
-
-    solution: gauss_newton.Solution
-    iterations: int
-    curve: PlanarCurve
-    stations: Floats
-    beyond: Floats
-
-
-def _search(problem: CurvatureProblem, qp: QpName, report: Callable[[str], None] | None) -> _Found:
-    """Solve roughly, check the borders every 0.1 m, and solve to the end, with control points added wherever the path got out."""
-    x, iterations, tolerance, rounds = problem.initial(), 0, _ROUGH, 0
-    while True:
-        solution = gauss_newton.solve(problem, x, qp=qp, tolerance=tolerance, report=report)
-        x, iterations, rounds = solution.x, iterations + solution.iterations, rounds + 1
-        curve = problem.curve(x)
-        stations, beyond = _violations(problem.corridor, curve)
-        inside = bool(np.max(beyond) <= _REPAIR_ABOVE)
-        if (inside and tolerance == _FINE) or rounds > _REPAIR_ROUNDS:
-            return _Found(solution, iterations, curve, stations, beyond)
-        if not inside:
-            problem = _with_repairs(problem, stations, beyond)
-        tolerance = _FINE
+def _unproven(corridor: Corridor, certificate: Certificate, options: PathOptions) -> SolverError:
+    if not certificate.inside:
+        at = int(np.argmax(certificate.depth))
+        return SolverError(
+            f"{corridor.name}: no path could be proven to keep {corridor.margin:.2f} m from the borders; near s = {certificate.where[at]:.1f} m "
+            f"the best is {max(certificate.depth[at], 0.0):.4f} m too close"
+        )
+    return SolverError(
+        f"{corridor.name}: no path could be proven to keep the curvature below {options.curvature_max:.4g} 1/m near s = {certificate.bends[0]:.1f} m"
+    )
 
 
-def _refuse_narrow(corridor: Corridor) -> None:
+def refuse_narrow(corridor: Corridor) -> None:
+    """Raise InfeasibleError where the corridor leaves no width to a path."""
     s, width = corridor.narrowest()
     if width < LEAST_WIDTH:
         right, left = corridor.borders(s)
@@ -130,44 +261,39 @@ def _refuse_narrow(corridor: Corridor) -> None:
         )
 
 
-def _follow_lane(road: Road, corridor: Corridor, lane: PlanarCurve, cost: float, started: float) -> Path:
+def _follow_lane(road: Road, corridor: Corridor, lane: PlanarCurve, started: float) -> Path:
     knots = np.append(road.knots, road.length) if road.closed else road.knots
-    stations, beyond = _violations(corridor, lane, knots)
-    worst = float(np.max(beyond))
-    if worst > VIOLATION_TOLERANCE:
-        at = float(stations[np.argmax(beyond)])
+    certificate = Prover(corridor).prove(_by_station(lane, knots))
+    worst = certificate.beyond
+    if not certificate.inside and worst > 1e-3:
+        at = float(certificate.where[np.argmax(certificate.depth)])
         lane_here = road.driving_lane()
         width = float(np.interp(at, road.s, lane_here.left - lane_here.right))
         raise InfeasibleError(
             f"{road.name}: the lane's centre leaves the corridor by {worst:.3f} m at s = {at:.1f} m: the lane is {width:.2f} m wide there, "
             f"the car with its margins {2.0 * corridor.margin:.2f} m"
         )
-    milliseconds = 1e3 * (time.perf_counter() - started)
-    return Path(lane, lane.breaks_s, knots, PathReport("lane centre", cost, cost, 0, 0.0, worst, milliseconds, len(knots), "none"))
+    cost = lane.squared_curvature()
+    report = PathReport(
+        status="lane centre",
+        certified=certificate.inside,
+        cost_centre=cost,
+        cost=cost,
+        iterations=0,
+        optimality=0.0,
+        kkt_residual=np.nan,
+        max_violation_m=worst,
+        max_curvature=float(np.max(np.abs(lane.curvature(lane.breaks_s)))),
+        solve_ms=1e3 * (time.perf_counter() - started),
+        knots=len(knots),
+        method="none",
+        qp="none",
+    )
+    return Path(lane, lane.breaks_s, knots, report)
 
 
-def _violations(corridor: Corridor, curve: PlanarCurve, breaks_station: Floats | None = None) -> tuple[Floats, Floats]:
-    """Road stations every 0.1 m along `curve` and how far it lies outside the corridor there, m.
-
-    `breaks_station` gives the road station at the breaks of the curve where its parameter is not the road station itself.
-    """
-    breaks = curve.pieces.breaks
-    parts = np.ceil(np.diff(curve.breaks_s) / CHECK_SPACING).astype(int)
-    segment = np.repeat(np.arange(len(parts)), parts)
-    part = np.arange(len(segment)) - np.repeat(np.cumsum(parts) - parts, parts)
-    u = breaks[segment] + np.diff(breaks)[segment] * part / parts[segment]
-    near = u if breaks_station is None else np.interp(u, breaks, breaks_station)
-    return near, corridor.violation(curve.pieces(u)[0], near)
-
-
-def _with_repairs(problem: CurvatureProblem, stations: Floats, beyond: Floats) -> CurvatureProblem:
-    """Add a control point at each local worst place, drawn in a little further than the spot is out of line with its nearest row."""
-    padded = np.concatenate([[-np.inf], beyond, [-np.inf]])
-    peak = (beyond > _REPAIR_ABOVE) & (beyond >= padded[:-2]) & (beyond > padded[2:])
-    at, order = stations[peak], np.argsort(problem.row_q)
-    rows = problem.row_q[order]
-    after = np.clip(np.searchsorted(rows, at), 1, len(rows) - 1)
-    nearest = order[np.where(np.abs(rows[after] - at) < np.abs(at - rows[after - 1]), after, after - 1)]
-    # a row that is there already and still let the path out sits where the strip is not exact: draw the border in further than that row did
-    there = np.abs(problem.row_q[nearest] - at) < 2.0 * CHECK_SPACING
-    return problem.with_rows(at, np.where(there, problem.row_tighter[nearest] + beyond[peak], 0.0) + 0.5 * _REPAIR_ABOVE)
+def _by_station(curve: PlanarCurve, knots: Floats) -> PiecewiseCubic:
+    """The same curve with road stations as its parameter, linear between its breaks."""
+    ratio = np.diff(curve.pieces.breaks) / np.diff(knots)
+    powers = np.stack([ratio**3, ratio**2, ratio, np.ones_like(ratio)])
+    return PiecewiseCubic(knots, curve.pieces.coefficients * powers[:, None, :])

@@ -1,36 +1,45 @@
-"""Problem P1: least integral of squared curvature inside a corridor, over a reduced cubic spline.
+"""Problem P1: the gentlest path inside a corridor, over a reduced cubic spline; all terms sparse and analytic.
 
-Knots lie on normals of the corridor's reference curve at stations `q`. Free are the fraction `alpha` of each knot between the left (0) and the
-right border (1) and half the second derivative `b` there; the other spline coefficients follow from continuity, (3.3) to (3.7):
-
-    d = l + (r - l) alpha,   c = (d1 - d0) / h - h (b1 + 2 b0) / 3,   a = (b1 - b0) / (3 h)
-
-so that the curve is linear in `x = (b_x, b_y, alpha)` per knot, and so are its constraints. The spline parameter is the station of the
-reference, hence |o'| is of order one. The cost is taken over arc length, `int kappa^2 ds`, not over the parameter as in (3.10).
+Equalities keep the slope continuous at the knots (3.7) and hold the ends. Rows keep the path between the borders at control points (3.9), bounds at
+the knots (3.8). Both are linear. The limit of curvature, if there is one, is not: it is linearised where it is asked for.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from roads import PlanarCurve
-from roads.cubic import PiecewiseCubic
+from . import ends as ends_
+from .ends import End
+from .knots import equal_knots
+from .objective import Model, Objective, Weights, nodes
+from .spline import PER_KNOT, ReducedSpline
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from roads import Corridor
+    from roads import Corridor, PlanarCurve
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.intp]
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+#: The curvature rows aim at this share of the bound, so that the path keeps it between them too.
+CURVATURE_SHARE = 0.998
+_FREE = np.zeros(0)
+
+
+class Rows(NamedTuple):
+    """`lower <= matrix x <= upper`; `q` says at which station, m."""
+
+    matrix: sp.csc_matrix
+    lower: Floats
+    upper: Floats
+    q: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,301 +48,277 @@ class CurvatureProblem:
 
     Attributes:
         corridor: where the path may run.
-        q: (n,) stations of the knots on the reference, m; a closed road does not repeat the first.
-        right: (n,) right border at the knots as offset from the reference, m.
-        left: (n,) left border there, m.
-        start: offset of the lane that the initial guess follows, (n,) m; on open roads the path starts and ends on it, along the road.
+        spline: the variables.
+        start: (n,) offset at the knots that the initial guess follows, m.
+        ends: what holds at both ends of an open road; None on a circuit.
+        objective: what is minimised.
         row_q: (m,) stations between the knots at which the borders are kept, the control points (3.9).
         row_tighter: (m,) by how much the borders are drawn in there, m.
+        tighter: by how much they are drawn in at the knots, m.
+        curvature_max: bound on the curvature, 1/m, infinite for none.
+        bend_q: (k,) stations at which it is kept.
     """
 
     corridor: Corridor
-    q: Floats
-    right: Floats
-    left: Floats
+    spline: ReducedSpline
     start: Floats
+    ends: tuple[End, End] | None
+    objective: Objective
     row_q: Floats
     row_tighter: Floats
+    tighter: float = 0.0
+    curvature_max: float = np.inf
+    bend_q: Floats = field(default_factory=lambda: _FREE)
 
     @classmethod
-    def on(cls, corridor: Corridor, start: PlanarCurve, *, spacing: float, control_points: int) -> CurvatureProblem:
-        """Equal knots about `spacing` (m) apart with `control_points` between two of them; the guess is the curve `start`."""
+    def on(
+        cls,
+        corridor: Corridor,
+        start: PlanarCurve,
+        *,
+        spacing: float = 4.0,
+        knots: Floats | None = None,
+        control_points: int = 3,
+        weights: Weights | None = None,
+        ends: tuple[End | None, End | None] = (None, None),
+        curvature_max: float = np.inf,
+        tighter: float = 0.0,
+        unit: float = 1.0,
+        window: bool = False,
+    ) -> CurvatureProblem:
+        """P1 with a guess along the curve `start`, on which also lie the ends that are not given.
+
+        Args:
+            corridor: where the path may run.
+            start: the initial guess, and the centre that `weights.offset` counts from.
+            spacing: distance of equal knots, m, if `knots` are not given.
+            knots: (n,) stations of the knots, m.
+            control_points: points between two knots at which the borders are kept.
+            weights: what is mixed into squared curvature.
+            ends: what holds at the ends of an open road; None: on `start`, along it.
+            curvature_max: bound on the curvature, 1/m.
+            tighter: by how much the borders are drawn in everywhere, m.
+            unit: spline parameter per metre.
+            window: on a circuit, an open stretch of it; `knots` may count on beyond its end.
+        """
         reference = corridor.reference
-        segments = max(round(reference.length / spacing), 4)
-        q = np.linspace(0.0, reference.length, segments + 1)
-        inner = q[:-1, None] + np.diff(q)[:, None] * np.arange(1, control_points + 1) / (control_points + 1)
-        q = q[:-1] if corridor.reference.closed else q
+        q = equal_knots(reference, spacing) if knots is None else knots
+        spline = ReducedSpline(reference, q, unit, window)
+        inner = spline.breaks[:-1, None] + np.diff(spline.breaks)[:, None] * np.arange(1, control_points + 1) / (control_points + 1)
+        rows, weights = inner.ravel(), weights or Weights()
         right, left = corridor.offsets(q)
-        points = reference.position(q)
-        _, offset = start.project(points, q * start.length / reference.length)
-        rows = inner.ravel()
-        return cls(corridor, q, right, left, np.clip(-offset, right, left), rows, np.zeros(len(rows)))
+        offset = beside(start, reference, q)
+        middle = beside(start, reference, nodes(spline).ravel()).reshape(len(spline.h), -1) if weights.offset > 0.0 else np.zeros((0, 4))
+        held = None
+        if not spline.closed:
+            first, last = (
+                ends_.along(start, reference, float(q[k]), float(np.clip(offset[k], right[k], left[k]))) if end is None else end
+                for k, end in ((0, ends[0]), (-1, ends[1]))
+            )
+            held = first, last
+        objective = Objective(spline, weights, middle)
+        made = cls(corridor, spline, np.clip(offset, right, left), held, objective, rows, np.full(len(rows), tighter), tighter, curvature_max)
+        return made if np.isinf(curvature_max) else replace(made, bend_q=made._bend_stations())
 
-    def with_rows(self, q: Floats, tighter: Floats) -> CurvatureProblem:
-        """The same problem with further control points at stations `q`, drawn in by `tighter` (m)."""
-        if self.corridor.reference.closed:
-            q = np.mod(q, self.corridor.reference.length)
-        return replace(self, row_q=np.concatenate([self.row_q, q]), row_tighter=np.concatenate([self.row_tighter, tighter]))
+    def _bend_stations(self) -> Floats:
+        """Where the curvature is watched from the start: at the knots and between them where the road bends by half the bound or more."""
+        breaks = self.spline.breaks
+        q = np.sort(np.concatenate([self.spline.q, 0.5 * (breaks[1:] + breaks[:-1])]))
+        return q[np.abs(self.corridor.reference.curvature(q)) > 0.5 * self.curvature_max]
 
-    # -- geometry ------------------------------------------------------------------------------------------------------------------
+    # -- short names of what the spline holds ----------------------------------------------------------------------------------------
+
+    @property
+    def q(self) -> Floats:
+        """(n,) stations of the knots, m."""
+        return self.spline.q
 
     @property
     def closed(self) -> bool:
         """True on a circuit."""
-        return self.corridor.reference.closed
-
-    @cached_property
-    def breaks(self) -> Floats:
-        """(segments + 1,) stations where segments meet, the end of a circuit included, m."""
-        return np.append(self.q, self.corridor.reference.length) if self.closed else self.q
-
-    @cached_property
-    def h(self) -> Floats:
-        """(segments,) length of each segment in the parameter, m."""
-        return np.diff(self.breaks)
-
-    @cached_property
-    def ahead(self) -> Ints:
-        """(segments,) index of the knot at the end of each segment."""
-        return np.arange(1, len(self.h) + 1) % len(self.q)
-
-    @cached_property
-    def _normal(self) -> Floats:
-        return self.corridor.reference.normal(self.q)
-
-    @cached_property
-    def _left_point(self) -> Floats:
-        return self.corridor.reference.position(self.q) + self.left[:, None] * self._normal
-
-    @cached_property
-    def _across(self) -> Floats:
-        """(n, 2) from the left to the right border."""
-        return (self.right - self.left)[:, None] * self._normal
-
-    @property
-    def borders(self) -> tuple[Floats, Floats]:
-        """Left border points (n, 2) at the knots and the vectors (n, 2) from there to the right border, m."""
-        return self._left_point, self._across
-
-    @cached_property
-    def b_scale(self) -> float:
-        """Second derivatives enter the solver times ten mean segments squared, which makes them of the same size as the fractions."""
-        return 10.0 * float(np.mean(self.h)) ** 2
-
-    def knots_and_bends(self, x: Floats) -> tuple[Floats, Floats]:
-        """Positions (n, 2) of the knots and half second derivatives b (n, 2) there."""
-        table = x.reshape(-1, 3)
-        return self._left_point + self._across * table[:, 2:], table[:, :2] / self.b_scale
+        return self.spline.closed
 
     def curve(self, x: Floats) -> PlanarCurve:
         """The path as a curve."""
-        d, b = self.knots_and_bends(x)
-        d1, b1, h = d[self.ahead], b[self.ahead], self.h[:, None]
-        d0, b0 = d[: len(self.h)], b[: len(self.h)]
-        coefficients = np.stack([(b1 - b0) / (3 * h), b0, (d1 - d0) / h - h * (b1 + 2 * b0) / 3, d0])
-        pieces = PiecewiseCubic(self.breaks, coefficients.transpose(0, 2, 1).copy())
-        return PlanarCurve.of_pieces(pieces, closed=self.closed)
-
-    # -- cost ----------------------------------------------------------------------------------------------------------------------
-
-    @cached_property
-    def _quadrature(self) -> tuple[Floats, Floats]:
-        """(segments, points) parameters within the segments and weights of the Gauss-Legendre rule."""
-        half = 0.5 * self.h[:, None]
-        return half * (1.0 + _NODES), half * _WEIGHTS
-
-    def _derivatives(self, x: Floats) -> tuple[Floats, Floats]:
-        """First and second derivatives (2, segments, points) of the curve at the quadrature points."""
-        d, b = self.knots_and_bends(x)
-        th, h = self._quadrature[0], self.h[:, None]
-        b0, b1 = b[: len(self.h)].T[:, :, None], b[self.ahead].T[:, :, None]
-        chord = ((d[self.ahead] - d[: len(self.h)]) / h).T[:, :, None]
-        first = (2 * th - th**2 / h - 2 * h / 3) * b0 + (th**2 / h - h / 3) * b1 + chord
-        return first, 2.0 * (1.0 - th / h) * b0 + 2.0 * (th / h) * b1
-
-    def residuals(self, x: Floats) -> Floats:
-        """(segments, points) residuals whose squares add up to the cost, `sqrt(w |o'|) kappa`."""
-        first, second = self._derivatives(x)
-        cross = first[0] * second[1] - first[1] * second[0]
-        return np.sqrt(self._quadrature[1]) * cross * (first[0] ** 2 + first[1] ** 2) ** -1.25
+        return self.spline.curve(x)
 
     def cost(self, x: Floats) -> float:
-        """The integral of squared curvature over arc length, 1/m."""
-        return float(np.sum(self.residuals(x) ** 2))
+        """The cost at `x`."""
+        return self.objective.cost(x)
 
-    def gauss_newton(self, x: Floats) -> tuple[float, Floats, sp.csc_matrix]:
-        """Cost, gradient (3n,) and Gauss-Newton Hessian (3n, 3n) at `x`."""
-        first, second = self._derivatives(x)
-        th, weight = self._quadrature
-        h = self.h[:, None]
-        square = first[0] ** 2 + first[1] ** 2
-        cross = first[0] * second[1] - first[1] * second[0]
-        root = np.sqrt(weight)
-        residual = root * cross * square**-1.25
-        # derivatives of the residual by o' and o'' (2, segments, points)
-        by_first = root * (np.stack([second[1], -second[0]]) * square**-1.25 - 2.5 * cross * first * square**-2.25)
-        by_second = root * np.stack([-first[1], first[0]]) * square**-1.25
-        across0, across1 = self._across[: len(self.h)].T[:, :, None], self._across[self.ahead].T[:, :, None]
-        slope0, slope1 = 2 * th - th**2 / h - 2 * h / 3, th**2 / h - h / 3
-        bend0 = (by_first * slope0 + by_second * 2.0 * (1.0 - th / h)) / self.b_scale
-        bend1 = (by_first * slope1 + by_second * 2.0 * (th / h)) / self.b_scale
-        jacobian = np.stack(
-            [bend0[0], bend0[1], np.sum(-by_first * across0, axis=0) / h, bend1[0], bend1[1], np.sum(by_first * across1, axis=0) / h], axis=-1
-        )
-        transposed = jacobian.transpose(0, 2, 1)
-        gradient = np.bincount(self._columns.ravel(), (transposed @ residual[:, :, None]).ravel(), minlength=3 * len(self.q))
-        local: Floats = 2.0 * transposed @ jacobian
-        # what the equalities leave free is fixed by the cost; the floor only spares the QP solvers a singular block
-        local += np.eye(6) * (1e-10 * float(local.max()))
-        return float(np.sum(residual**2)), np.asarray(2.0 * gradient, dtype=np.float64), self._assemble(local)
+    def model(self, x: Floats) -> Model:
+        """Cost, gradient and Gauss-Newton Hessian at `x`."""
+        return self.objective.model(x)
+
+    # -- borders ---------------------------------------------------------------------------------------------------------------------
 
     @cached_property
-    def _columns(self) -> Ints:
-        """(segments, 6) indices into x of what a segment depends on."""
-        knot = np.arange(len(self.h))
-        return np.column_stack([3 * knot[:, None] + np.arange(3), 3 * self.ahead[:, None] + np.arange(3)])
+    def borders(self) -> tuple[Floats, Floats]:
+        """(n,) least and largest offset at the knots, m."""
+        right, left = self.corridor.offsets(self.q)
+        return drawn_in(right, left, self.tighter)
 
-    @cached_property
-    def _pattern(self) -> tuple[Ints, Ints, Ints]:
-        """Sparsity of the Hessian: where each local entry goes, row indices, column pointers."""
-        n = 3 * len(self.q)
-        rows, columns = np.broadcast_arrays(self._columns[:, :, None], self._columns[:, None, :])
-        keys, place = np.unique(columns.ravel() * n + rows.ravel(), return_inverse=True)
-        pointers = np.searchsorted(keys, np.arange(n + 1) * n)
-        return place, keys % n, pointers
-
-    def _assemble(self, local: Floats) -> sp.csc_matrix:
-        place, indices, pointers = self._pattern
-        n = 3 * len(self.q)
-        return sp.csc_matrix((np.bincount(place, local.ravel()), indices, pointers), shape=(n, n))
-
-    # -- constraints ---------------------------------------------------------------------------------------------------------------
-
-    @cached_property
-    def equalities(self) -> tuple[sp.csc_matrix, Floats]:
-        """A and b of A x = b: continuous slope at the knots (3.7); on open roads also place and heading at both ends.
-
-        The fourth condition per end makes the second derivative along the road zero there, which only fixes how fast the parameter runs.
-        """
-        entries = _Entries()
-        inner = np.arange(len(self.q)) if self.closed else np.arange(1, len(self.q) - 1)
-        before, after = (inner - 1) % len(self.h), inner % len(self.h)
-        prior, following = before, self.ahead[after]
-        h0, h1 = self.h[before], self.h[after]
-        for axis in range(2):
-            bends = [(prior, h0), (inner, 2 * (h0 + h1)), (following, h1)]
-            lines = [(prior, -3 / h0), (inner, 3 / h0 + 3 / h1), (following, -3 / h1)]
-            constant = np.sum([weight * self._left_point[knot, axis] for knot, weight in lines], axis=0)
-            entries.add(
-                [(3 * knot + axis, weight / self.b_scale) for knot, weight in bends]
-                + [(3 * knot + 2, weight * self._across[knot, axis]) for knot, weight in lines],
-                -constant,
-            )
-        if not self.closed:
-            self._end_conditions(entries)
-        return entries.matrix(3 * len(self.q))
-
-    def _end_conditions(self, entries: _Entries) -> None:
-        tangent = self.corridor.reference.tangent(self.q)
-        for end, inner, h, sign in ((0, 1, self.h[0], 1.0), (len(self.q) - 1, len(self.q) - 2, self.h[-1], -1.0)):
-            normal = self._normal[end]
-            # o' at the end: (d1 - d0)/h -+ h (b_inner + 2 b_end)/3
-            chord = sign / h * np.array([-1.0, 1.0])
-            line = [(3 * end + 2, chord[0] * self._across[end] @ normal), (3 * inner + 2, chord[1] * self._across[inner] @ normal)]
-            for axis in range(2):
-                line += [(3 * end + axis, -sign * 2 * h / 3 * normal[axis] / self.b_scale)]
-                line += [(3 * inner + axis, -sign * h / 3 * normal[axis] / self.b_scale)]
-            constant = (chord[0] * self._left_point[end] + chord[1] * self._left_point[inner]) @ normal
-            # the curve starts along the lane, whose heading may differ from the reference's where the lane's offset changes
-            along = (self.start[inner] - self.start[end]) / (sign * h)
-            entries.add([(np.array([column]), np.array([value])) for column, value in line], np.array([along - constant]))
-            entries.add([(np.array([3 * end + axis]), np.array([tangent[end, axis]])) for axis in range(2)], np.zeros(1))
-            entries.add([(np.array([3 * end + 2]), np.ones(1))], np.array([self._fraction(self.start)[end]]))
-
-    @cached_property
-    def rows(self) -> tuple[sp.csc_matrix, Floats, Floats]:
-        """G, lower, upper: offset of the path at the control points, in m, between the borders (3.9)."""
-        segment = np.clip(np.searchsorted(self.breaks, self.row_q, side="right") - 1, 0, len(self.h) - 1)
-        th, h = self.row_q - self.breaks[segment], self.h[segment]
-        reference = self.corridor.reference
-        normal, origin = reference.normal(self.row_q), reference.position(self.row_q)
-        bend0, bend1 = th**2 - th**3 / (3 * h) - 2 * h * th / 3, th**3 / (3 * h) - h * th / 3
-        line0, line1 = 1.0 - th / h, th / h
-        ahead = self.ahead[segment]
-        entries = _Entries()
-        parts: list[tuple[Ints, Floats]] = []
-        for knot, bend, line in ((segment, bend0, line0), (ahead, bend1, line1)):
-            parts += [(3 * knot + axis, bend * normal[:, axis] / self.b_scale) for axis in range(2)]
-            parts += [(3 * knot + 2, line * np.sum(self._across[knot] * normal, axis=1))]
-        entries.add(parts, np.zeros(len(th)))
-        constant = np.sum((line0[:, None] * self._left_point[segment] + line1[:, None] * self._left_point[ahead] - origin) * normal, axis=1)
-        right, left = self.corridor.offsets(self.row_q)
-        return entries.matrix(3 * len(self.q))[0], right + self.row_tighter - constant, left - self.row_tighter - constant
+    def fractions(self, x: Floats) -> Floats:
+        """(n,) the source's variable alpha: 0 on the left border, 1 on the right one (3.6)."""
+        right, left = self.borders
+        return (left - x[2::PER_KNOT]) / (left - right)
 
     @cached_property
     def bounds(self) -> tuple[Floats, Floats]:
-        """Lower and upper bounds on x: 0 <= alpha <= 1 (3.8), b free."""
-        free = np.full(len(self.q), np.inf)
-        lower, upper = np.column_stack([-free, -free, 0 * self.q]).ravel(), np.column_stack([free, free, 0 * self.q + 1.0]).ravel()
-        return lower, upper
+        """Lower and upper bounds on x: the borders at the knots (3.8); held ends are left to their equalities."""
+        right, left = (border.copy() for border in self.borders)
+        if self.ends is not None:
+            for at, end in zip((0, -1), self.ends, strict=True):
+                if end.offset is not None:
+                    right[at], left[at] = -np.inf, np.inf
+        free = np.full(len(right), np.inf)
+        return np.column_stack([-free, -free, right]).ravel(), np.column_stack([free, free, left]).ravel()
 
-    def _fraction(self, offset: Floats) -> Floats:
-        return (self.left - offset) / (self.left - self.right)
+    @cached_property
+    def _offset_table(self) -> tuple[Ints, Floats, Floats]:
+        """Segment (m,) of the control points, and the path's offset there by the segment's variables: rows (m, 6), constants (m,)."""
+        q = self.row_q
+        basis, reference = self.spline.basis(q, 0), self.spline.reference
+        normal = reference.normal(q)
+        values = np.matmul(normal[:, None, :], basis.matrix)[:, 0]
+        return basis.segment, values, np.sum(normal * (basis.constant - (reference.position(q) - self.spline.origin)), axis=1)
+
+    @cached_property
+    def _row_borders(self) -> tuple[Floats, Floats]:
+        """Borders (m,) at the control points, m."""
+        return self.corridor.offsets(self.row_q)
+
+    @cached_property
+    def rows(self) -> Rows:
+        """Offset of the path at the control points between the borders (3.9), m."""
+        segment, values, constant = self._offset_table
+        right, left = drawn_in(*self._row_borders, self.row_tighter)
+        return Rows(self.spline.rows(segment, values), right - constant, left - constant, self.row_q)
+
+    def with_rows(self, q: Floats, tighter: Floats) -> CurvatureProblem:
+        """The same problem with further control points at stations `q`, drawn in by `tighter` (m)."""
+        if self.closed:
+            first = self.spline.breaks[0]
+            q = first + np.mod(q - first, self.spline.reference.length)
+        every, drawn = np.concatenate([self.row_q, q]), np.concatenate([self.row_tighter, tighter])
+        order = np.argsort(every, kind="stable")
+        return replace(self, row_q=every[order], row_tighter=drawn[order])
+
+    def with_bends(self, q: Floats) -> CurvatureProblem:
+        """The same problem with the bound on curvature kept at further stations `q`."""
+        return replace(self, bend_q=np.union1d(self.bend_q, q))
+
+    # -- continuity and ends ---------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def equalities(self) -> tuple[sp.csc_matrix, Floats]:
+        """A and b of A x = b: continuous slope at the knots (3.7), along and across the road; on open roads the ends."""
+        spline = self.spline
+        joint, constant = self._joint_table
+        inner = self._inner
+        before, after = (inner - 1) % len(spline.h), inner % len(spline.h)
+        columns = np.concatenate([spline.columns[before], spline.columns[after][:, 3:]], axis=1)
+        parts, rhs = [(np.repeat(columns, 2, axis=0), joint.reshape(-1, 9))], [-constant.ravel()]
+        for end, last in zip(self.ends or (), (False, True), strict=False):
+            segments, rows, values = ends_.conditions(spline, end, last=last)
+            parts.append((spline.columns[segments], rows))
+            rhs.append(values)
+        return spline.stacked(parts), np.concatenate(rhs)
+
+    @property
+    def _inner(self) -> Ints:
+        """Knots at which two segments join."""
+        return np.arange(len(self.q)) if self.closed else np.arange(1, len(self.q) - 1)
+
+    @cached_property
+    def _joint_table(self) -> tuple[Floats, Floats]:
+        """Jump of the slope at the joints, along and across the road: rows (k, 2, 9) by the variables of three knots, constants (k, 2)."""
+        spline, inner = self.spline, self._inner
+        before, after = (inner - 1) % len(spline.h), inner % len(spline.h)
+        size = 0.5 * (spline.h[before] + spline.h[after])
+        left, right = spline.basis(spline.breaks[before + 1], 1, before), spline.basis(spline.breaks[after], 1, after)
+        directions = np.stack(spline.frame, axis=1)[inner]
+        values = [size[:, None, None] * np.matmul(directions, basis.matrix) for basis in (left, right)]
+        constant = size[:, None] * np.matmul(directions, (left.constant - right.constant)[:, :, None])[:, :, 0]
+        joint = np.concatenate([values[0][:, :, :3], values[0][:, :, 3:] - values[1][:, :, :3], -values[1][:, :, 3:]], axis=2)
+        return joint, constant
+
+    # -- curvature -------------------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _bends(self) -> tuple[Any, Any]:
+        return self.spline.basis(self.bend_q, 1), self.spline.basis(self.bend_q, 2)
+
+    def curvatures(self, x: Floats) -> tuple[Floats, Floats]:
+        """Curvature (k,) at `bend_q` as a multiple of what it may be, and its derivatives (k, 6) by the segment's variables."""
+        first, second = self._bends
+        p, q = self.spline.values(first, x), self.spline.values(second, x)
+        square, cross = np.sum(p**2, axis=1), p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+        by_p = np.column_stack([q[:, 1], -q[:, 0]]) - 3.0 * (cross / square)[:, None] * p
+        by_q = np.column_stack([-p[:, 1], p[:, 0]])
+        jacobian = np.matmul(by_p[:, None, :], first.matrix)[:, 0] + np.matmul(by_q[:, None, :], second.matrix)[:, 0]
+        scale = square**-1.5 / (CURVATURE_SHARE * self.curvature_max)
+        return cross * scale, jacobian * scale[:, None]
+
+    def bend_rows(self, values: Floats) -> sp.csc_matrix:
+        """The derivatives of `curvatures` as a sparse matrix."""
+        return self.spline.rows(self._bends[0].segment, values)
+
+    def too_tight(self, x: Floats) -> float:
+        """Sum of what the curvature at `bend_q` exceeds its bound by, as multiples of the bound."""
+        return float(np.sum(np.maximum(np.abs(self.curvatures(x)[0]) - 1.0, 0.0))) if len(self.bend_q) else 0.0
+
+    # -- points ----------------------------------------------------------------------------------------------------------------------
 
     def initial(self) -> Floats:
         """The point x that follows `start` at the knots; the second derivatives solve the equalities."""
-        x = np.zeros((len(self.q), 3))
-        x[:, 2] = self._fraction(self.start)
+        x = np.zeros((len(self.q), PER_KNOT))
+        x[:, 2] = self.start
         matrix, rhs = self.equalities
-        bends = np.arange(x.size) % 3 != 2
-        rows = np.ones(matrix.shape[0], dtype=bool)
-        if not self.closed:
-            rows[[-4, -1]] = False  # the places of the ends hold already
-        free = sp.csc_matrix(sp.csr_matrix(matrix)[rows])
-        solution: Any = spsolve(free[:, bends], (rhs[rows] - free @ x.ravel()))
+        if self.ends is not None:
+            straight = tuple(replace(end, heading=end.heading or 0.0, offset=None, curvature=None, speed=None) for end in self.ends)
+            matrix, rhs = replace(self, ends=straight).equalities
+        bends = np.arange(x.size) % PER_KNOT != PER_KNOT - 1
         flat = x.ravel()
+        solution: Any = spsolve(matrix[:, bends], rhs - matrix @ flat)
         flat[bends] = solution
         return flat
 
     def room(self, x: Floats, step: Floats) -> float:
         """How many times `step` fits from `x` before a border is passed (by a micrometre)."""
-        matrix, lower, upper = self.rows
+        rows = self.rows
         least, most = self.bounds
-        place, move = np.concatenate([matrix @ x, x]), np.concatenate([matrix @ step, step])
-        low, high = np.concatenate([lower, least]) - 1e-6, np.concatenate([upper, most]) + 1e-6
+        place, move = np.concatenate([rows.matrix @ x, x]), np.concatenate([rows.matrix @ step, step])
+        low, high = np.concatenate([rows.lower, least]) - 1e-6, np.concatenate([rows.upper, most]) + 1e-6
         limit = np.where(move > 0.0, high - place, low - place)
         moving = np.abs(move) > 1e-12
         return float(np.min(limit[moving] / move[moving], initial=np.inf))
 
     def worst_row(self, x: Floats) -> tuple[float, float]:
-        """Largest violation (m) of the control points by `x`, and its station."""
-        matrix, lower, upper = self.rows
-        value = matrix @ x
-        beyond = np.maximum(value - upper, lower - value)
+        """Largest violation (m) of the control points and knots by `x`, and its station."""
+        rows, (least, most) = self.rows, self.bounds
+        value, e = rows.matrix @ x, x[2::PER_KNOT]
+        beyond = np.concatenate([np.maximum(value - rows.upper, rows.lower - value), np.maximum(e - most[2::PER_KNOT], least[2::PER_KNOT] - e)])
         at = int(np.argmax(beyond))
-        return float(beyond[at]), float(self.row_q[at])
+        return float(beyond[at]), float(np.concatenate([rows.q, self.q])[at])
 
 
-class _Entries:
-    """Rows of a sparse matrix, collected in blocks."""
+def beside(curve: PlanarCurve, reference: PlanarCurve, q: Floats) -> Floats:
+    """(k,) offset of `curve` from the reference at stations `q`: where it crosses the reference's normals, m."""
+    points, normal = reference.position(q), reference.normal(q)
+    tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
+    s, _ = curve.project(points, q * curve.length / reference.length)
+    for _ in range(20):
+        gap = curve.position(s) - points
+        # along the normal the crossing has no component along the tangent
+        step = np.sum(gap * tangent, axis=1) / np.maximum(np.sum(curve.tangent(s) * tangent, axis=1), 0.2)
+        s = s - step
+        if np.max(np.abs(step), initial=0.0) < 1e-9:
+            break
+    return np.sum((curve.position(s) - points) * normal, axis=1)
 
-    def __init__(self) -> None:
-        self._rows: list[Ints] = []
-        self._columns: list[Ints] = []
-        self._values: list[Floats] = []
-        self._rhs: list[Floats] = []
-        self._count = 0
 
-    def add(self, parts: list[tuple[Any, Any]], rhs: Floats) -> None:
-        """Add len(rhs) rows; each part gives one column index and value per row."""
-        for columns, values in parts:
-            self._rows.append(self._count + np.arange(len(rhs)))
-            self._columns.append(np.asarray(columns))
-            self._values.append(np.asarray(values, dtype=np.float64))
-        self._rhs.append(np.asarray(rhs, dtype=np.float64))
-        self._count += len(rhs)
-
-    def matrix(self, columns: int) -> tuple[sp.csc_matrix, Floats]:
-        """The matrix with `columns` columns, and the right-hand sides."""
-        place = (np.concatenate(self._rows), np.concatenate(self._columns))
-        return sp.csc_matrix((np.concatenate(self._values), place), shape=(self._count, columns)), np.concatenate(self._rhs)
+def drawn_in(right: Floats, left: Floats, tighter: Floats | float) -> tuple[Floats, Floats]:
+    """Borders (right, left) moved towards each other by `tighter`, but by no more than a quarter of what is between them."""
+    least = np.minimum(tighter, 0.25 * np.maximum(left - right, 0.0))
+    return right + least, left - least

@@ -21,24 +21,32 @@ class PathReport:
 
     Attributes:
         status: `solved`, `lane centre` (nothing to solve) or `stalled` (inside the borders, but not at the optimum).
+        certified: proven to keep its clearance, and its bound on curvature, everywhere and not only at samples.
         cost_centre: integral of squared curvature of the lane centre, 1/m.
         cost: the same of the path, 1/m.
-        iterations: QPs solved.
-        optimality: decrease of the cost that is left, relative to the cost, as the QPs' promises tell.
-        max_violation_m: how far the path leaves the corridor on re-evaluation every 0.1 m; zero or less is inside.
-        solve_ms: wall time from corridor to checked path.
+        iterations: QPs solved, or what the method counts.
+        optimality: decrease of the cost that is left, relative to the cost, as the method tells.
+        kkt_residual: of the last QP and its step; see `Solution`.
+        max_violation_m: proven bound on how far the path leaves the corridor; zero or less is inside.
+        max_curvature: largest curvature, 1/m: proven where a bound was asked for, else at the knots.
+        solve_ms: wall time from corridor to proven path.
         knots: knots of the spline.
+        method: solver.
         qp: back end that solved the QPs; not the one asked for if that one failed.
     """
 
     status: str
+    certified: bool
     cost_centre: float
     cost: float
     iterations: int
     optimality: float
+    kkt_residual: float
     max_violation_m: float
+    max_curvature: float
     solve_ms: float
     knots: int
+    method: str
     qp: str
 
 

@@ -26,7 +26,7 @@ def comparison_table(plan: Plan) -> str:
         f"{road.name}: {road.length:.0f} m, {'closed' if road.closed else 'open'}, {plan.vehicle.name}, corridor {plan.corridor}, "
         f"margin {plan.margin:g} m",
         f"path: integral of squared curvature {path.cost_centre:.4f} -> {path.cost:.4f} 1/m, {path.status}, "
-        f"{path.iterations} QPs, {path.solve_ms:.0f} ms",
+        f"{'proven inside everywhere' if path.certified else 'not proven inside'}, {path.knots} knots, {path.iterations} QPs, {path.solve_ms:.0f} ms",
         "",
         f"{'':28}{'time s':>9}{'energy kWh':>12}{'saved kWh':>11}{'saved %':>9}",
         *(_row(label, run, plan.baseline, run is plan.chosen) for label, run in rows),

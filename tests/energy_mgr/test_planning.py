@@ -220,12 +220,15 @@ def test_help_is_quick_and_loads_nothing_heavy():
     code = f"import sys; from energy_mgr.cli.main import main; main(['--help']); print(sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
-    walls = []
-    for _ in range(5):
+
+    def wall(*command: str) -> float:
         started = time.perf_counter()
-        subprocess.run([sys.executable, "-m", "energy_mgr.cli.main", "--help"], check=True, capture_output=True)
-        walls.append(time.perf_counter() - started)
-    assert min(walls) < 0.3
+        subprocess.run([sys.executable, *command], check=True, capture_output=True)
+        return time.perf_counter() - started
+
+    # measured against what cannot be saved, since machines differ: 0.11 s where Python with click takes 0.07 s
+    ours, least = (min(wall(*command) for _ in range(5)) for command in (("-m", "energy_mgr.cli.main", "--help"), ("-c", "import click")))
+    assert ours < 2.5 * least
 
 
 def test_no_arguments_shows_help_and_version_is_known(capsys: pytest.CaptureFixture[str]):

@@ -1,0 +1,326 @@
+"""Proof that a path keeps its distance from the borders, and its bound on curvature, everywhere and not only at samples.
+
+The path is cut into pieces; a piece of a cubic lies within `h^2 / 8 max |o''|` of its chord, and `o''` is linear, so that this bound is exact
+arithmetic. A border
+is a chain of chords with a proven sag (`roads.border_line`). Two chords whose distance exceeds the required one by both sags prove it for what they
+stand
+for; what is not proven is halved. A path that starts between the borders, touches neither and follows the road station by station stays between
+them. Only the stretch of border beside a piece counts: a road may cross or approach itself.
+
+Curvature is `N / S^(3/2)` with `N = o' x o''` and `S = |o'|^2`: a quadratic's Bernstein coefficients bound `N`, those of `o'` bound `S` from below.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from roads.border_line import BorderLine, border_lines
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from roads import Corridor
+    from roads.cubic import PiecewiseCubic
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.intp]
+
+#: Largest sag of a border's piece, m: coarse for what is far from the borders, fine for what is close.
+_COARSE, _FINE = 2e-2, 1e-4
+#: A piece of the path with less sag than this is not halved any more, m.
+_LEAST_SAG = 3e-5
+#: Length of the path's pieces to begin with, m.
+_FIRST_PIECE = 2.0
+#: A place of the path may lie this far along the road from the station of its parameter, m.
+_DRIFT = 0.75
+#: Spacing of the looks at the road itself, m, how far they go on beyond the seam of a circuit, and how far between two of them a border may be off.
+_ROAD_LOOK, _SPARE, _SIDE = 1.0, 60.0, 0.03
+#: Pieces looked at together; keeps memory bounded on long roads.
+_CHUNK = 4_000
+_NONE = np.zeros(0)
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What was proven.
+
+    Attributes:
+        inside: the path keeps its distance from both borders everywhere.
+        beyond: bound on how far it is beyond, m; not positive where `inside`.
+        where: (k,) stations of the places that could not be proven, m.
+        depth: (k,) by how much the path is too close to a border there, m.
+        gentle: the bound on curvature is kept everywhere.
+        curvature: bound on the path's curvature, 1/m.
+        bends: (k,) stations of the places where it could not be proven, m.
+    """
+
+    inside: bool
+    beyond: float
+    where: Floats
+    depth: Floats
+    gentle: bool = True
+    curvature: float = np.inf
+    bends: Floats = field(default_factory=lambda: _NONE)
+
+    @property
+    def certified(self) -> bool:
+        """Both proofs hold."""
+        return self.inside and self.gentle
+
+
+class _Pieces(NamedTuple):
+    """Parts of the path: stations of their ends, m."""
+
+    start: Floats
+    end: Floats
+
+
+class _Both(NamedTuple):
+    """Both borders: corners of the right and then of the left one, what the pieces between them keep and how far they sag; where each border's
+    corners begin.
+
+    The piece that would lead from the last corner of one to the first of the other is never asked for.
+    """
+
+    s: tuple[Floats, Floats]
+    arc: tuple[Floats, Floats]
+    first: tuple[int, int]
+    points: Floats
+    keep: Floats
+    sag: Floats
+
+    @classmethod
+    def of(cls, lines: tuple[BorderLine, BorderLine]) -> _Both:
+        right, left = lines
+        points = np.concatenate([right.points.T, left.points.T], axis=1)
+        keep, sag = (np.concatenate([a, [0.0], b]) for a, b in ((right.keep, left.keep), (right.sag, left.sag)))
+        return cls((right.s, left.s), (right.arc, left.arc), (0, len(right.s)), points, keep, sag)
+
+
+@dataclass(frozen=True, eq=False)
+class Prover:
+    """Proofs about paths in one corridor; its borders are cut up once.
+
+    Attributes:
+        corridor: the corridor.
+        start: proofs are wanted from this station on, m; None: everywhere.
+        end: and up to this one, m.
+    """
+
+    corridor: Corridor
+    start: float | None = None
+    end: float | None = None
+
+    @cached_property
+    def _coarse(self) -> _Both:
+        return _Both.of(border_lines(self.corridor, _COARSE, self.start, self.end))
+
+    @cached_property
+    def _fine(self) -> _Both:
+        return _Both.of(border_lines(self.corridor, _FINE, self.start, self.end))
+
+    @cached_property
+    def _road(self) -> tuple[Floats, Floats]:
+        """Stations (k,), and there place, tangent, right and left border of the reference (6, k)."""
+        length = self.corridor.reference.length
+        wrap = self.corridor.reference.closed
+        start = (-_SPARE if wrap else 0.0) if self.start is None else self.start
+        end = length + (_SPARE if wrap else 0.0) if self.end is None else self.end
+        s = np.linspace(start, end, max(int(np.ceil((end - start) / _ROAD_LOOK)), 1) + 1)
+        reference = self.corridor.reference
+        place, first = reference.pieces(reference.parameter(s), 1)
+        tangent = first / np.hypot(first[:, 0], first[:, 1])[:, None]
+        return s, np.column_stack([place, tangent, *self.corridor.borders(s)]).T.copy()
+
+    def prove(self, path: PiecewiseCubic, curvature_max: float = np.inf, *, start: float | None = None, end: float | None = None) -> Certificate:
+        """Prove what can be proven about a path whose parameter is the station of the corridor's reference.
+
+        Args:
+            path: the path; relative to nothing, in the plane of the road.
+            curvature_max: its bound on curvature, 1/m.
+            start: prove from this station on, m; by default from the path's start.
+            end: prove to this station, m.
+        """
+        breaks = path.breaks
+        first, last = breaks[0] if start is None else start, breaks[-1] if end is None else end
+        cuts = np.concatenate([[first], breaks[(breaks > first) & (breaks < last)], [last]])
+        pieces = _Pieces(cuts[:-1], cuts[1:])
+        beyond, where, depth = self._borders(path, _cut(pieces, _first_length(path, pieces)))
+        gentle, curvature, bends = (True, np.inf, _NONE) if np.isinf(curvature_max) else _curvature(path, pieces, curvature_max)
+        return Certificate(len(where) == 0, beyond, where, depth, gentle, curvature, bends)
+
+    def _borders(self, path: PiecewiseCubic, base: _Pieces) -> tuple[float, Floats, Floats]:
+        lost, depth_lost = self._lost(path, base)
+        worst, where, depth = float(np.max(depth_lost, initial=-np.inf)), [lost], [depth_lost]
+        for begin in range(0, len(base.start), _CHUNK):
+            found = self._part(path, _Pieces(base.start[begin : begin + _CHUNK], base.end[begin : begin + _CHUNK]))
+            worst = max(worst, found[0])
+            where += found[1]
+            depth += found[2]
+        stations = np.concatenate(where)
+        order = np.argsort(stations, kind="stable")
+        return worst, stations[order], np.concatenate(depth)[order]
+
+    def _lost(self, path: PiecewiseCubic, base: _Pieces) -> tuple[Floats, Floats]:
+        """Places that do not follow the road, which no distance from a border can vouch for: beside the wrong station, or not between the borders."""
+        s = np.append(base.start, base.end[-1:])
+        stations, road = self._road
+        x, y, along_x, along_y, right, left = (np.interp(s, stations, values) for values in road)
+        place = _places(path, _piece_of(path, s), s)
+        gap_x, gap_y = place[0] - x, place[1] - y
+        drift = np.abs(gap_x * along_x + gap_y * along_y)
+        offset = along_x * gap_y - along_y * gap_x
+        out = np.maximum(offset - left, right - offset)
+        bad = (drift > _DRIFT) | (out > _SIDE)
+        return s[bad], np.maximum(out, 0.0)[bad] + self.corridor.margin
+
+    def _part(self, path: PiecewiseCubic, part: _Pieces) -> tuple[float, list[Floats], list[Floats]]:
+        """Bound on what is beyond a border, and the pieces that could not be proven."""
+        margin = self.corridor.margin
+        depth, _ = _depth(path, part, self._coarse, margin)
+        open_ = depth > 0.0
+        worst = float(np.max(depth[~open_], initial=-np.inf))
+        part = _cut(_Pieces(part.start[open_], part.end[open_]), 0.25 * _FIRST_PIECE)
+        where, deep = [_NONE], [_NONE]
+        while len(part.start):
+            depth, sag = _depth(path, part, self._fine, margin)
+            proven = depth <= 0.0
+            worst = max(worst, float(np.max(depth[proven], initial=-np.inf)))
+            # too close beyond doubt and short enough to say where, or as short as makes a difference
+            done = ~proven & ((sag < _LEAST_SAG) | ((depth > 2.0 * sag + 2.0 * _FINE) & (part.end - part.start < 0.3)))
+            where.append(0.5 * (part.start + part.end)[done])
+            deep.append(depth[done])
+            worst = max(worst, float(np.max(depth[done], initial=-np.inf)))
+            rest = ~proven & ~done
+            part = _halves(_Pieces(part.start[rest], part.end[rest]))
+        return worst, where, deep
+
+
+def _first_length(path: PiecewiseCubic, pieces: _Pieces) -> Floats:
+    """(k,) length of the parts to begin with: as long as they sag no more than what is coarse, m."""
+    piece = _piece_of(path, 0.5 * (pieces.start + pieces.end))
+    cubic, square = 6.0 * path.coefficients[0][:, piece], 2.0 * path.coefficients[1][:, piece]
+    end = cubic * np.diff(path.breaks)[piece] + square
+    bend = np.sqrt(np.maximum(_dot(square, square), _dot(end, end)))
+    return np.minimum(np.maximum(np.sqrt(8.0 * _COARSE / np.maximum(bend, 1e-9)), _FIRST_PIECE), 10.0)
+
+
+def _cut(pieces: _Pieces, longest: Floats | float) -> _Pieces:
+    length = pieces.end - pieces.start
+    count = np.maximum(np.ceil(length / longest), 1.0).astype(np.intp)
+    which = np.repeat(np.arange(len(count)), count)
+    part = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    step = (length / count)[which]
+    return _Pieces(pieces.start[which] + part * step, pieces.start[which] + (part + 1) * step)
+
+
+def _halves(pieces: _Pieces) -> _Pieces:
+    middle = 0.5 * (pieces.start + pieces.end)
+    return _Pieces(np.column_stack([pieces.start, middle]).ravel(), np.column_stack([middle, pieces.end]).ravel())
+
+
+def _piece_of(path: PiecewiseCubic, s: Floats) -> Ints:
+    return np.minimum(np.maximum(np.searchsorted(path.breaks, s, side="right") - 1, 0), len(path.breaks) - 2)
+
+
+def _places(path: PiecewiseCubic, piece: Ints, s: Floats) -> Floats:
+    """(2, k) the path at stations `s` of the cubics `piece`."""
+    th = s - path.breaks[piece]
+    a, b, c, d = path.coefficients[:, :, piece]
+    return ((a * th + b) * th + c) * th + d
+
+
+def _depth(path: PiecewiseCubic, part: _Pieces, both: _Both, margin: float) -> tuple[Floats, Floats]:
+    """(k,) bound on how much too close each piece comes to a border, m, and the sag of the pieces."""
+    piece = _piece_of(path, 0.5 * (part.start + part.end))
+    a, b = _places(path, piece, part.start), _places(path, piece, part.end)
+    cubic, square = 6.0 * path.coefficients[0][:, piece], 2.0 * path.coefficients[1][:, piece]
+    bends = [cubic * (s - path.breaks[piece]) + square for s in (part.start, part.end)]
+    sag = (part.end - part.start) ** 2 / 8.0 * np.sqrt(np.maximum(_dot(bends[0], bends[0]), _dot(bends[1], bends[1])))
+    ranges = [_beside(part, s, arc, margin) for s, arc in zip(both.s, both.arc, strict=True)]
+    low = np.concatenate([first + found[0] for first, found in zip(both.first, ranges, strict=True)])
+    count = np.concatenate([np.maximum(found[1] - found[0], 1) for found in ranges])
+    starts = np.cumsum(count) - count
+    which = np.repeat(np.arange(len(count)), count)
+    other = (low - starts)[which] + np.arange(len(which))
+    which = np.where(which < len(piece), which, which - len(piece))
+    distance = _distance(a[:, which], b[:, which], both.points[:, other], both.points[:, other + 1])
+    keep, spare = both.keep[other], both.sag[other]
+    # where nothing needs to be kept, touching counts as beyond
+    need = np.where((keep == 0.0) & (distance > 1e-6 + spare), np.minimum(spare - distance, -1e-9), keep + spare - distance)
+    most = np.maximum.reduceat(need, starts)
+    return np.maximum(most[: len(piece)], most[len(piece) :]) + sag, sag
+
+
+def _beside(part: _Pieces, s: Floats, arc: Floats, margin: float) -> tuple[Ints, Ints]:
+    """Range of the border's pieces beside each piece of the path: within reach by station, and by length of border."""
+    reach = margin + 1.0
+    low = np.searchsorted(s, part.start - _DRIFT) - 1
+    high = np.searchsorted(s, part.end + _DRIFT)
+    last = len(s) - 1
+    by_arc = (
+        np.searchsorted(arc, arc[np.clip(low, 0, last)] - reach) - 1,
+        np.searchsorted(arc, arc[np.clip(high, 0, last)] + reach),
+    )
+    low = np.minimum(np.searchsorted(s, part.start - reach) - 1, by_arc[0])
+    high = np.maximum(np.searchsorted(s, part.end + reach), by_arc[1])
+    return np.minimum(np.maximum(low, 0), last - 1), np.minimum(np.maximum(high, 1), last)
+
+
+def _distance(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
+    """Distance (k,) of the segments ab and cd, ends (2, k)."""
+    ab, cd, ca = b - a, d - c, a - c
+    cb, ac, ad = ca + ab, -ca, d - a
+    square_ab, square_cd = np.maximum(_dot(ab, ab), 1e-18), np.maximum(_dot(cd, cd), 1e-18)
+    from_ab = np.minimum(_from_line(ac, ab, square_ab), _from_line(ad, ab, square_ab))
+    from_cd = np.minimum(_from_line(ca, cd, square_cd), _from_line(cb, cd, square_cd))
+    crossing = (_cross(ab, ac) * _cross(ab, ad) < 0.0) & (_cross(cd, ca) * _cross(cd, cb) < 0.0)
+    return np.where(crossing, 0.0, np.sqrt(np.minimum(from_ab, from_cd)))
+
+
+def _from_line(to: Floats, along: Floats, square: Floats) -> Floats:
+    """Squared distance of the point `to` from the segment from the origin to `along`."""
+    share = np.minimum(np.maximum(_dot(to, along) / square, 0.0), 1.0)
+    gap = to - share * along
+    return _dot(gap, gap)
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    return a[0] * b[0] + a[1] * b[1]
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    return a[0] * b[1] - a[1] * b[0]
+
+
+def _curvature(path: PiecewiseCubic, pieces: _Pieces, most: float) -> tuple[bool, float, Floats]:
+    """Whether the bound is kept, a bound on the curvature, and the places that were not proven."""
+    worst, where = 0.0, [_NONE]
+    while len(pieces.start):
+        length = pieces.end - pieces.start
+        piece = _piece_of(path, 0.5 * (pieces.start + pieces.end))
+        a, b, c, _ = path.coefficients[:, :, piece]
+        bounds = []
+        for s in (pieces.start, 0.5 * (pieces.start + pieces.end), pieces.end):
+            th = s - path.breaks[piece]
+            bounds.append(((3.0 * a * th + 2.0 * b) * th + c, 6.0 * a * th + 2.0 * b))
+        (begin, _), (first, _), (end, _) = bounds
+        # Bernstein coefficients of o' and of N, both quadratic
+        middle = 2.0 * first - 0.5 * (begin + end)
+        turn = [_cross(p, q) for p, q in bounds]
+        turn[1] = 2.0 * turn[1] - 0.5 * (turn[0] + turn[2])
+        along = first / np.maximum(np.sqrt(_dot(first, first)), 1e-12)
+        slowest = np.minimum(np.minimum(_dot(begin, along), _dot(end, along)), _dot(middle, along))
+        bound = np.max(np.abs(turn), axis=0) / np.maximum(slowest, 1e-9) ** 3
+        loose = (bound > most) | (slowest <= 0.0)
+        done = loose & (length < 0.02)
+        where.append(pieces.start[done])
+        worst = max(worst, float(np.max(bound[~loose | done], initial=0.0)))
+        rest = loose & ~done
+        pieces = _halves(_Pieces(pieces.start[rest], pieces.end[rest]))
+    stations = np.concatenate(where)
+    return len(stations) == 0, worst, np.sort(stations)

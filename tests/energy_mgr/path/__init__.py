@@ -1,0 +1,1 @@
+"""Tests of the path planner on hard random roads."""
