@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from roads import PlanarCurve
+from roads import PlanarCurve, RoadError
 
 from ..errors import InfeasibleError, PlanningError, SolverError
 from .backends import Piqp
@@ -131,6 +131,7 @@ class PathPlanner:
         self._qp = Piqp()
         self._plan: _Plan | None = None
         self._last_s = 0.0
+        self.rejected = 0
 
     @property
     def path(self) -> PlanarCurve | None:
@@ -146,38 +147,56 @@ class PathPlanner:
             corridor_update: all places where the borders are closer than the road's from now on; None changes nothing.
 
         Returns:
-            The path in force. A step never raises for what the road holds: where nothing new is proven it says why and keeps what is.
-
-        Raises:
-            PlanningError: arguments that are not numbers or off the road.
+            The path in force. A step never raises: where nothing new is proven, and where a measurement cannot be, it says why and keeps what is;
+            measurements and updates that are refused are counted in `rejected`.
         """
         started = time.process_time()
+        reason, iterations, cost = self._reject(s, state), 0, np.nan
         s = self._unwrapped(s)
-        if corridor_update is not None and tuple(corridor_update) != self._narrowings:
-            self._narrowings = tuple(corridor_update)
-            self._corridor = self._base.narrowed(*self._narrowings)
-            self._version += 1
-            self._prover = None
-        reason, iterations, cost = "", 0, np.nan
+        if reason:
+            return self._in_force(s, None, reason, 0, cost, started)
         try:
+            self._update(corridor_update)
             start = self._start(s, state)
             if isinstance(start, PathState):
                 iterations, cost = self._from_state(s, start)
             elif start is not None:
                 iterations, cost = self._advance(s, start, started)
-        except (InfeasibleError, SolverError) as error:
+        except (RoadError, InfeasibleError, SolverError) as error:
             reason = str(error)
         return self._in_force(s, state, reason, iterations, cost, started)
 
     # -- a step's parts --------------------------------------------------------------------------------------------------------------
 
+    def _reject(self, s: float, state: PathState | None) -> str:
+        """Why the measurements cannot be; empty if they can."""
+        length = self.road.length
+        values = [s] if state is None else [s, state.x, state.y, state.psi, state.kappa]
+        reason = ""
+        if not np.all(np.isfinite(values)):
+            reason = f"{self.road.name}: station {s} and {state}, expected finite numbers"
+        elif not self.road.closed and not -1.0 <= s <= length + 1.0:
+            reason = f"{self.road.name}: station {s:.1f} m, expected 0 to {length:.1f} m"
+        self.rejected += bool(reason)
+        return reason
+
+    def _update(self, narrowings: Sequence[Narrowing] | None) -> None:
+        if narrowings is None or tuple(narrowings) == self._narrowings:
+            return
+        try:
+            corridor = self._base.narrowed(*narrowings)
+        except RoadError:
+            self.rejected += 1
+            raise
+        self._narrowings, self._corridor = tuple(narrowings), corridor
+        self._version += 1
+        self._prover = None
+
     def _unwrapped(self, s: float) -> float:
         length = self.road.length
         if not np.isfinite(s):
-            raise PlanningError(f"{self.road.name}: station {s}, expected a finite number")
+            return self._last_s
         if not self.road.closed:
-            if not -1.0 <= s <= length + 1.0:
-                raise PlanningError(f"{self.road.name}: station {s:.1f} m, expected 0 to {length:.1f} m")
             self._last_s = min(max(s, 0.0), length)
         else:
             self._last_s = s + length * round((self._last_s - s) / length)
@@ -215,8 +234,6 @@ class PathPlanner:
 
     def _from_state(self, s: float, state: PathState) -> tuple[int, float]:
         """Solve and prove from where the car is, with its curvature if that can be had; takes a few times as long as a step along a path in force."""
-        if not np.all(np.isfinite([state.x, state.y, state.psi, state.kappa])):
-            raise SolverError(f"{self.road.name}: {state}, expected finite numbers")
         reference = self._corridor.reference
         station, offset = (float(value[0]) for value in reference.project([[state.x, state.y]], [s]))
         turn = state.psi - float(reference.heading(np.array([station]))[0])
