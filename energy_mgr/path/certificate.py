@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     Ints = NDArray[np.intp]
 
 #: Largest sag of a border's piece, m: coarse for what is far from the borders, fine for what is close.
-_COARSE, _FINE = 2e-2, 1e-4
+_COARSE, _FINE = 4e-2, 1e-4
 #: A piece of the path with less sag than this is not halved any more, m.
 _LEAST_SAG = 3e-5
 #: Length of the path's pieces to begin with, m.
@@ -248,7 +248,7 @@ def _depth(path: PiecewiseCubic, part: _Pieces, both: _Both, margin: float) -> t
     which = np.repeat(np.arange(len(count)), count)
     other = (low - starts)[which] + np.arange(len(which))
     which = np.where(which < len(piece), which, which - len(piece))
-    distance = _distance(a[:, which], b[:, which], both.points[:, other], both.points[:, other + 1])
+    distance = _distance(a, b, which, both.points, other)
     keep, spare = both.keep[other], both.sag[other]
     # where nothing needs to be kept, touching counts as beyond
     need = np.where((keep == 0.0) & (distance > 1e-6 + spare), np.minimum(spare - distance, -1e-9), keep + spare - distance)
@@ -271,22 +271,29 @@ def _beside(part: _Pieces, s: Floats, arc: Floats, margin: float) -> tuple[Ints,
     return np.minimum(np.maximum(low, 0), last - 1), np.minimum(np.maximum(high, 1), last)
 
 
-def _distance(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
-    """Distance (k,) of the segments ab and cd, ends (2, k)."""
-    ab, cd, ca = b - a, d - c, a - c
-    cb, ac, ad = ca + ab, -ca, d - a
-    square_ab, square_cd = np.maximum(_dot(ab, ab), 1e-18), np.maximum(_dot(cd, cd), 1e-18)
-    from_ab = np.minimum(_from_line(ac, ab, square_ab), _from_line(ad, ab, square_ab))
-    from_cd = np.minimum(_from_line(ca, cd, square_cd), _from_line(cb, cd, square_cd))
-    crossing = (_cross(ab, ac) * _cross(ab, ad) < 0.0) & (_cross(cd, ca) * _cross(cd, cb) < 0.0)
-    return np.where(crossing, 0.0, np.sqrt(np.minimum(from_ab, from_cd)))
+def _distance(a: Floats, b: Floats, which: Ints, corners: Floats, other: Ints) -> Floats:
+    """Distance (k,) of the segments from a to b number `which` and of those from corner to corner number `other`; points (2, n)."""
+    # plain arrays, one per coordinate: most of a proof's time is spent here
+    (ax, ay), (cx, cy) = (values[which] for values in a), (values[other] for values in corners)
+    ab = (b - a)[:, which]
+    after = other + 1
+    ux, uy = ab
+    vx, vy = corners[0][after] - cx, corners[1][after] - cy
+    px, py = cx - ax, cy - ay  # from a to c
+    qx, qy = px + vx, py + vy  # from a to d
+    rx, ry = ux - px, uy - py  # from c to b
+    uu, vv = np.maximum(ux * ux + uy * uy, 1e-18), np.maximum(vx * vx + vy * vy, 1e-18)
+    least = np.minimum(_from_line(px, py, ux, uy, uu), _from_line(qx, qy, ux, uy, uu))
+    least = np.minimum(least, np.minimum(_from_line(-px, -py, vx, vy, vv), _from_line(rx, ry, vx, vy, vv)))
+    crossing = ((ux * py - uy * px) * (ux * qy - uy * qx) < 0.0) & ((vy * px - vx * py) * (vx * ry - vy * rx) < 0.0)
+    return np.where(crossing, 0.0, np.sqrt(least))
 
 
-def _from_line(to: Floats, along: Floats, square: Floats) -> Floats:
-    """Squared distance of the point `to` from the segment from the origin to `along`."""
-    share = np.minimum(np.maximum(_dot(to, along) / square, 0.0), 1.0)
-    gap = to - share * along
-    return _dot(gap, gap)
+def _from_line(x: Floats, y: Floats, along_x: Floats, along_y: Floats, square: Floats) -> Floats:
+    """Squared distance of the points (x, y) from the segments from the origin to `along`."""
+    share = np.minimum(np.maximum((x * along_x + y * along_y) / square, 0.0), 1.0)
+    x, y = x - share * along_x, y - share * along_y
+    return x * x + y * y
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

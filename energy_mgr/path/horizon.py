@@ -51,6 +51,8 @@ _BEHIND, _BEYOND = 30.0, 120.0
 _TAIL = 20.0
 #: Solves and proofs per step; steps that promise less than this fraction of the cost end a solve.
 _ROUNDS, _TOLERANCE = 4, 1e-5
+#: QPs per solve where the window has moved by at most so many knots, and otherwise.
+_FEW, _MANY, _NEAR = 1, 8, 2
 #: A place beyond the border is drawn in by so much more than it is beyond, m.
 _REPAIR_MORE = 3e-4
 #: Shortest window, in segments.
@@ -291,6 +293,8 @@ class PathPlanner:
         if last - first < _SHORTEST:
             raise SolverError(f"{self.road.name}: the road ends within the window, nothing is left to plan")
         guess = x = self._guess(first, last)
+        # after a small advance one QP is enough: what it leaves, the next step takes up (real-time iteration)
+        warm = self._plan is not None and self._plan.version == self._version and start.knot - self._plan.first_knot <= _NEAR
         iterations = 0
         certificate: Certificate | None = None
         for _ in range(_ROUNDS):
@@ -300,7 +304,15 @@ class PathPlanner:
             elif iterations and spent > 0.7 * self.budget_ms:
                 break
             problem = self._window(first, last, start.end, guess)
-            solution = gauss_newton.solve(problem, x, qp=self._qp, tolerance=_TOLERANCE, iterations=8, seconds=1e-3 * (self.budget_ms - spent))
+            solution = gauss_newton.solve(
+                problem,
+                x,
+                qp=self._qp,
+                tolerance=_TOLERANCE,
+                iterations=_FEW if warm else _MANY,
+                seconds=1e-3 * (self.budget_ms - spent),
+                residual=False,
+            )
             x, iterations = solution.x, iterations + solution.iterations
             pieces = joined(start.before, problem.spline.pieces(x), s - _TAIL)
             end = float(pieces.breaks[-1])

@@ -50,6 +50,7 @@ def solve(
     tolerance: float = 1e-6,
     iterations: int = 60,
     seconds: float = np.inf,
+    residual: bool = True,
     report: Callable[[str], None] | None = None,
 ) -> Solution:
     """Minimise the cost of `problem` from the point `x`.
@@ -61,13 +62,14 @@ def solve(
         tolerance: stop when less than this fraction of the cost is left to gain.
         iterations: at most so many QPs.
         seconds: start no QP after this time, as far as the last one tells.
+        residual: work out the KKT residual.
         report: called with a line of progress per iteration.
 
     Raises:
         InfeasibleError: no path keeps the borders, or the bound on curvature; the station of the worst conflict is named.
         SolverError: the QP back end failed on a feasible problem.
     """
-    return _Run(problem, qp, report).solve(x, tolerance, iterations, seconds)
+    return _Run(problem, qp, report).solve(x, tolerance, iterations, seconds, residual=residual)
 
 
 class _Step(NamedTuple):
@@ -93,9 +95,11 @@ class _Run:
         self.bends = len(problem.bend_q)
         self.base = constraints(problem)
 
-    def solve(self, x: Floats, tolerance: float, iterations: int, seconds: float) -> Solution:
+    def solve(self, x: Floats, tolerance: float, iterations: int, seconds: float, *, residual: bool = True) -> Solution:
         started = last_qp = time.perf_counter()
         inside, optimality, last, accuracy, count = _inside(self.problem, x), np.inf, np.inf, _ROUGHEST_QP, 0
+        if iterations == 1:
+            accuracy = 0.2 * tolerance  # the only QP is the last one too
         converged, final = False, None
         while count < iterations:
             now = time.perf_counter()
@@ -129,7 +133,11 @@ class _Run:
             if self.report:
                 self.report(f"path: iteration {count}, cost {self.problem.cost(x):.6f}")
         self._refuse_too_tight(x)
-        kkt = np.nan if final is None else final[0].qp.residual(final[0].found) + float(np.max(np.abs(final[1] @ final[0].step))) * final[2]
+        kkt = np.nan
+        if final is not None and residual:
+            made, hessian, scale = final
+            # what the QP left, and what its model missed over its step
+            kkt = made.qp.residual(made.found) + scale * float(np.max(np.abs(hessian @ made.step)))
         return Solution(x, self.problem.cost(x), count, optimality, kkt, converged, self.name)
 
     def _step(self, x: Floats, model: Model, scale: float, accuracy: float, *, first: bool) -> _Step:

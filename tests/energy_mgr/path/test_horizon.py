@@ -65,8 +65,8 @@ def test_horizon_of_the_whole_road_is_the_plan_of_the_whole_road():
 
 def test_unchanged_window_is_not_solved_again():
     planner = planner_on(roads.open_road("descent")[0:800])
-    assert planner.step(100.0).iterations > 0
-    assert planner.step(100.0).iterations > 0  # from the knot ahead of the car, no longer the one behind it
+    # one QP per step, until the first window from the knot ahead of the car has converged
+    assert sum(planner.step(100.0).iterations > 0 for _ in range(8)) < 6
     again = planner.step(100.1)
     assert (again.status, again.iterations) == ("solved", 0)
     assert planner.step(115.0).iterations > 0
