@@ -12,6 +12,7 @@ from energy_mgr.path import CurvatureProblem
 from energy_mgr.path.solvers import solve
 from roads import Road, RoadBuilder
 
+AWAY = np.array([1e6, -1e6])
 SHARES = np.linspace(0.0, 1.0, 400)
 TURN = np.array([[np.cos(1.0), -np.sin(1.0)], [np.sin(1.0), np.cos(1.0)]])
 
@@ -38,7 +39,10 @@ CASES: dict[str, tuple[Callable[[Road], Road], Callable[[Path], np.ndarray]]] = 
         lambda p: places(p, 1.0 - SHARES),
     ),
     "rotated": (lambda r: Road.from_points("t", r.reference.position(r.s) @ TURN.T, r.right, r.left), lambda p: places(p) @ TURN),
-    "shifted": (lambda r: Road.from_points("s", r.reference.position(r.s) + [1e6, -1e6], r.right, r.left), lambda p: places(p) - [1e6, -1e6]),
+    "shifted": (
+        lambda r: Road.from_points("s", [*r.reference.position(r.s), 1000000.0, -1000000.0], r.right, r.left),
+        lambda p: places(p) - [1e6, -1e6],
+    ),
 }
 
 
