@@ -22,6 +22,8 @@ LAST_FOLD = 0.95
 _WRAP = 60.0
 #: No piece is longer, m.
 _LONGEST = 5.0
+#: Corners worked out together, which bounds the memory on long roads.
+_CHUNK = 20_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,20 +105,28 @@ def _line(corridor: Corridor, base: Floats, w: Floats, kappa: Floats, rate: Floa
     slope = np.diff(w) / np.maximum(step, 1e-12)
     second = rate * wide + 2 * kappa * np.abs(slope) + kappa * (1.0 + kappa * wide)
     count = np.maximum(np.ceil(np.maximum(step * np.sqrt(second / (8.0 * sag)), step / _LONGEST)), 1.0).astype(np.intp)
-    which_base = np.repeat(np.arange(len(step)), count)
-    share = (np.arange(len(which_base)) - np.repeat(np.cumsum(count) - count, count)) / count[which_base]
-    s = np.append(base[which_base] + step[which_base] * share, base[-1])
-    offset = np.append(w[which_base] + np.diff(w)[which_base] * share, w[-1])
-    bound = (step / count) ** 2 / 8.0 * second
+    total = int(count.sum())
+    s, points, folded = np.empty(total + 1), np.empty((total + 1, 2)), np.empty(total + 1, dtype=bool)
+    ends = np.cumsum(count)
+    for begin in range(0, total + 1, _CHUNK):
+        part = slice(begin, min(begin + _CHUNK, total + 1))
+        index = np.arange(part.start, part.stop)
+        at = np.minimum(np.searchsorted(ends, index, side="right"), len(step) - 1)
+        share = (index - (ends[at] - count[at])) / count[at]
+        s[part] = np.where(share < 1.0, base[at] + step[at] * share, base[at + 1])
+        points[part], folded[part] = _beside(corridor, s[part], w[at] + (w[at + 1] - w[at]) * share, 1.0 if which else -1.0)
+    keep = np.where(folded[:-1] | folded[1:], 0.0, corridor.margin)
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    return BorderLine(s, points, arc, keep, np.repeat((step / count) ** 2 / 8.0 * second, count))
+
+
+def _beside(corridor: Corridor, s: Floats, offset: Floats, side: float) -> tuple[Floats, NDArray[np.bool_]]:
+    """Places (k, 2) beside the reference, where they fold drawn in to the last fold, and where that is."""
     reference = corridor.reference
     place, first, second = reference.pieces(reference.parameter(s), 2)
     speed = np.hypot(first[:, 0], first[:, 1])
-    bend = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / speed**3 * (1.0 if which else -1.0)
+    bend = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / speed**3 * side
     end = np.where(bend > 0.0, LAST_FOLD / np.maximum(bend, 1e-9), np.inf)
-    distance = offset if which else -offset
-    folded = distance > end
-    offset = np.where(folded, end if which else -end, offset)
-    keep = np.where(folded[:-1] | folded[1:], 0.0, corridor.margin)
-    points = place + (offset / speed)[:, None] * np.column_stack([-first[:, 1], first[:, 0]])
-    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    return BorderLine(s, points, arc, keep, bound[which_base])
+    folded = side * offset > end
+    offset = np.where(folded, side * end, offset)
+    return place + (offset / speed)[:, None] * np.column_stack([-first[:, 1], first[:, 0]]), folded

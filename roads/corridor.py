@@ -114,10 +114,10 @@ class Corridor:
     def offsets(self, s: ArrayLike) -> tuple[Floats, Floats]:
         """Right and left offset that a point may use at stations `s`, m.
 
-        A disc of radius `margin` about a usable place touches neither border where they run evenly; where a border steps, some centimetres may be missing,
-        since it is looked at in 13 places under the disc. What must not touch is proven against the borders themselves, see `roads.border_line`. Inside tight bends the
-        strip ends at 0.9 of the reference's radius, since beyond its centre of curvature an offset no longer means one place. Where the road is
-        too narrow for the disc the right offset comes out larger than the left one; see `narrowest`.
+        A disc of radius `margin` about a usable place touches neither border where they run evenly; where a border steps, some centimetres may
+        be missing, since it is looked at in 13 places under the disc. What must not touch is proven against the borders themselves, see
+        `roads.border_line`. Inside tight bends the strip ends at 0.9 of the reference's radius, since beyond its centre of curvature an offset no
+        longer means one place. Where the road is too narrow for the disc the right offset comes out larger than the left one; see `narrowest`.
         """
         s = np.asarray(s, dtype=np.float64)
         right, left = self.borders(s)

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 _NEWTON_STEPS = 4
+#: Stations whose parameters are worked out together.
+_CHUNK = 20_000
 
 
 def read_only(values: ArrayLike) -> Floats:
@@ -92,6 +94,9 @@ class PlanarCurve:
     def parameter(self, s: ArrayLike) -> Floats:
         """The parameter `u` at arc length `s` (m); a closed curve wraps, an open one is held at its ends."""
         s = np.asarray(s, dtype=np.float64)
+        if s.size > 2 * _CHUNK:  # in parts, since what is in between takes fifty times the memory of the answer
+            parts = [self.parameter(part) for part in np.array_split(s.ravel(), s.size // _CHUNK)]
+            return np.concatenate(parts).reshape(s.shape)
         s = np.mod(s, self.length) if self.closed else np.clip(s, 0.0, self.length)
         u_breaks = self.pieces.breaks
         piece = np.clip(np.searchsorted(self.breaks_s, s, side="right") - 1, 0, len(u_breaks) - 2)

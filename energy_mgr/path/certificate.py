@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     Ints = NDArray[np.intp]
 
 #: Largest sag of a border's piece, m: coarse for what is far from the borders, fine for what is close.
-_COARSE, _FINE = 4e-2, 1e-4
+_COARSE, _FINE = 4e-2, 2e-4
 #: A piece of the path with less sag than this is not halved any more, m.
 _LEAST_SAG = 3e-5
 #: Length of the path's pieces to begin with, m.
@@ -40,7 +40,7 @@ _DRIFT = 0.75
 #: Spacing of the looks at the road itself, m, how far they go on beyond the seam of a circuit, and how far between two of them a border may be off.
 _ROAD_LOOK, _SPARE, _SIDE = 1.0, 60.0, 0.03
 #: Pieces looked at together; keeps memory bounded on long roads.
-_CHUNK = 4_000
+_CHUNK = 1_500
 _NONE = np.zeros(0)
 
 

@@ -122,26 +122,29 @@ class Objective:
     def model(self, x: Floats) -> Model:
         """Cost, gradient and Gauss-Newton Hessian at `x`; of length and distance from the centre the Hessian is exact."""
         local = self._local(x)
-        state, share = self._state(local), self._share[1]
-        cost, slope, bend = _curvature_terms(state, share)
-        weights = self.weights
-        if weights.length > 0.0:
-            cost += _add_length(state, weights.length * share, slope, bend)
-        if weights.curvature_rate > 0.0:
-            residual, jacobian = _rate_residual(state, weights.curvature_rate * share)
-            cost += float(residual @ residual)
-            slope += 2.0 * residual[:, None] * jacobian
-            bend += 2.0 * jacobian[:, :, None] * jacobian[:, None, :]
+        state, share, weights = self._state(local), self._share[1], self.weights
         matrix, _ = self._maps
-        flipped = matrix.transpose(0, 2, 1)
-        gradient, hessian = np.matmul(flipped, slope[:, :, None])[:, :, 0], np.matmul(flipped, np.matmul(bend, matrix))
+        residual, slope = _curvature_residual(state, share)
+        rows = [_through(slope, matrix[:, :4])]
+        cost, gradient = float(residual @ residual), 2.0 * residual[:, None] * rows[0]
+        if weights.curvature_rate > 0.0:
+            residual, slope = _rate_residual(state, weights.curvature_rate * share)
+            rows.append(_through(slope, matrix))
+            cost += float(residual @ residual)
+            gradient += 2.0 * residual[:, None] * rows[-1]
         if weights.offset > 0.0:
-            rows, constant = self._sideways
-            gap = np.sum(rows * local, axis=1) + constant
-            cost += float(gap @ gap)
-            gradient += 2.0 * gap[:, None] * rows
-            hessian += 2.0 * rows[:, :, None] * rows[:, None, :]
-        block = hessian.reshape(-1, len(_NODES), 6, 6).sum(axis=1)
+            sideways, constant = self._sideways
+            residual = np.sum(sideways * local, axis=1) + constant
+            rows.append(sideways)
+            cost += float(residual @ residual)
+            gradient += 2.0 * residual[:, None] * sideways
+        if weights.length > 0.0:
+            speed, along, across = _length_terms(state, weights.length * share)
+            rows.append(_through(across, matrix[:, :2]))
+            cost += float(np.sum(speed))
+            gradient += _through(along, matrix[:, :2])
+        stacked = np.concatenate([row.reshape(-1, len(_NODES), 6) for row in rows], axis=1)
+        block = 2.0 * np.matmul(stacked.transpose(0, 2, 1), stacked)
         # what the equalities leave free is fixed by the cost; the floor only spares the QP solvers a singular block
         block += np.eye(6) * (1e-10 * float(block.max()))
         spline = self.spline
@@ -168,30 +171,27 @@ def _cross(p: Floats, q: Floats) -> Floats:
     return p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
 
 
-def _curvature_terms(state: Floats, share: Floats) -> tuple[float, Floats, Floats]:
-    """Sum, gradient (k, m) and Gauss-Newton Hessian (k, m, m) of w N^2 S^(-5/2) by first and second derivative (and zeros for the third)."""
+def _through(slope: Floats, matrix: Floats) -> Floats:
+    """(k, 6) derivatives by a segment's variables of what has derivatives (k, m) by the curve's."""
+    return np.matmul(slope[:, None, :], matrix)[:, 0]
+
+
+def _curvature_residual(state: Floats, share: Floats) -> tuple[Floats, Floats]:
+    """Residuals sqrt(w |o'|) kappa, that is sqrt(w) N S^(-5/4), and their Jacobian (k, 4) by first and second derivative."""
     p, q = state[:, :2], state[:, 2:4]
     square, cross = p[:, 0] ** 2 + p[:, 1] ** 2, _cross(p, q)
-    turn = np.stack([q[:, 1], -q[:, 0], -p[:, 1], p[:, 0]], axis=1)  # gradient of N
-    radial = np.concatenate([p, np.zeros_like(p)], axis=1)  # half the gradient of S
+    by_state = np.stack([q[:, 1], -q[:, 0], -p[:, 1], p[:, 0]], axis=1)
+    by_state[:, :2] -= (2.5 * cross / square)[:, None] * p
     root = np.sqrt(share) * square**-1.25
-    ratio = cross / square
-    jacobian = root[:, None] * (turn - 2.5 * ratio[:, None] * radial)
-    residual = root * cross
-    slope = np.zeros((len(state), state.shape[1]))
-    bend = np.zeros((len(state), state.shape[1], state.shape[1]))
-    slope[:, :4] = 2.0 * residual[:, None] * jacobian
-    bend[:, :4, :4] = 2.0 * jacobian[:, :, None] * jacobian[:, None, :]
-    return float(residual @ residual), slope, bend
+    return root * cross, root[:, None] * by_state
 
 
-def _add_length(state: Floats, weight: Floats, slope: Floats, bend: Floats) -> float:
+def _length_terms(state: Floats, weight: Floats) -> tuple[Floats, Floats, Floats]:
+    """Lengths w |o'|, their gradients (k, 2) by o', and the rows (k, 2) whose squares, twice, are their Hessians."""
     p = state[:, :2]
     speed = np.hypot(p[:, 0], p[:, 1])
-    unit = p / speed[:, None]
-    slope[:, :2] += weight[:, None] * unit
-    bend[:, :2, :2] += (weight / speed)[:, None, None] * (np.eye(2) - unit[:, :, None] * unit[:, None, :])
-    return float(weight @ speed)
+    across = np.sqrt(0.5 * weight / speed**3)[:, None] * np.stack([-p[:, 1], p[:, 0]], axis=1)
+    return weight * speed, (weight / speed)[:, None] * p, across
 
 
 def _rate_residual(state: Floats, weight: Floats) -> tuple[Floats, Floats]:

@@ -51,7 +51,7 @@ class Basis(NamedTuple):
 class Pattern(NamedTuple):
     """Sparsity of a matrix with one dense block per segment: where each local entry goes, row indices, column pointers."""
 
-    place: Ints
+    place: NDArray[np.int32]
     rows: NDArray[np.int32]
     pointers: NDArray[np.int32]
 
@@ -247,4 +247,4 @@ def _pattern(knots: int, closed: bool) -> Pattern:
     n = PER_KNOT * knots
     rows, across = np.broadcast_arrays(columns[:, :, None], columns[:, None, :])
     keys, place = np.unique(across.ravel() * n + rows.ravel(), return_inverse=True)
-    return Pattern(place.ravel(), (keys % n).astype(np.int32), np.searchsorted(keys, np.arange(n + 1) * n).astype(np.int32))
+    return Pattern(place.ravel().astype(np.int32), (keys % n).astype(np.int32), np.searchsorted(keys, np.arange(n + 1) * n).astype(np.int32))
