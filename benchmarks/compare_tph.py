@@ -68,8 +68,8 @@ def row(track: Path) -> str:
     one, converged = judged(theirs["one"]["points"]), judged(theirs["converged"]["points"])
     once, whole = theirs["smoothing_s"] + theirs["splines_s"] + theirs["one"]["s"], theirs["smoothing_s"] + theirs["converged"]["s"]
     return (
-        f"| {track.stem} | {theirs['n']} | {one[0]:.4f} / {converged[0]:.4f} | {path.report.cost:.4f} | {one[1]:.3f} / {converged[1]:.3f} | {kappa:.3f} | "
-        f"{once:.1f} / {whole:.1f} | {wall:.2f} | {once / wall:.0f} / {whole / wall:.0f} |"
+        f"| {track.stem} | {theirs['n']} | {one[0]:.4f} / {converged[0]:.4f} | {path.report.cost:.4f} | {one[1]:.3f} / {converged[1]:.3f} | "
+        f"{kappa:.3f} | {once:.1f} / {whole:.1f} | {wall:.2f} | {once / wall:.0f} / {whole / wall:.0f} |"
     )
 
 

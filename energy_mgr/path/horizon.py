@@ -50,11 +50,11 @@ _BEHIND, _BEYOND = 30.0, 120.0
 #: A plan is kept this far behind the car, m.
 _TAIL = 20.0
 #: Solves and proofs per step; steps that promise less than this fraction of the cost end a solve.
-_ROUNDS, _TOLERANCE = 4, 1e-5
+_ROUNDS, _TOLERANCE = 6, 1e-5
 #: QPs per solve where the window has moved by at most so many knots, and otherwise.
 _FEW, _MANY, _NEAR = 1, 8, 2
 #: A place beyond the border is drawn in by so much more than it is beyond, m.
-_REPAIR_MORE = 3e-4
+_REPAIR_MORE = 1e-3
 #: Shortest window, in segments.
 _SHORTEST = 4
 
@@ -356,12 +356,12 @@ class PathPlanner:
             if len(rows) and np.min(to_row) <= np.min(to_knot):
                 near = int(np.argmin(to_row))
                 self._tighter_rows[rows[near]] = max(
-                    self._tighter_rows[rows[near]], problem.row_tighter[near] + spare_row[near] + depth + _REPAIR_MORE
+                    self._tighter_rows[rows[near]], problem.row_tighter[near] + spare_row[near] + 1.5 * depth + _REPAIR_MORE
                 )
             else:
                 near = int(np.argmin(to_knot))
                 used = self._tighter_knots[inner[near]]
-                self._tighter_knots[inner[near]] = max(used, used + spare_knot[near] + depth + _REPAIR_MORE)
+                self._tighter_knots[inner[near]] = max(used, used + spare_knot[near] + 1.5 * depth + _REPAIR_MORE)
 
     def _in_force(self, s: float, state: PathState | None, reason: str, iterations: int, cost: float, started: float) -> PathStep:
         plan = self._plan

@@ -40,8 +40,8 @@ CASES: dict[str, tuple[Callable[[Road], Road], Callable[[Path], np.ndarray]]] = 
     ),
     "rotated": (lambda r: Road.from_points("t", r.reference.position(r.s) @ TURN.T, r.right, r.left), lambda p: places(p) @ TURN),
     "shifted": (
-        lambda r: Road.from_points("s", [*r.reference.position(r.s), 1000000.0, -1000000.0], r.right, r.left),
-        lambda p: places(p) - [1e6, -1e6],
+        lambda r: Road.from_points("s", r.reference.position(r.s) + AWAY, r.right, r.left),
+        lambda p: places(p) - AWAY,
     ),
 }
 
