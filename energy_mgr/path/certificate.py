@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 _COARSE, _FINE = 4e-2, 2e-4
 #: A piece of the path with less sag than this is not halved any more, m.
 _LEAST_SAG = 3e-5
-#: Length of the path's pieces to begin with, m.
-_FIRST_PIECE = 2.0
+#: Length of the path's pieces to begin with, at least, and below which none is halved, m.
+_FIRST_PIECE, _SHORTEST = 2.0, 1e-4
 #: A place of the path may lie this far along the road from the station of its parameter, m.
 _DRIFT = 0.75
 #: Spacing of the looks at the road itself, m, how far they go on beyond the seam of a circuit, and how far between two of them a border may be off.
@@ -175,14 +175,14 @@ class Prover:
         drift = np.abs(gap_x * along_x + gap_y * along_y)
         offset = along_x * gap_y - along_y * gap_x
         out = np.maximum(offset - left, right - offset)
-        bad = (drift > _DRIFT) | (out > _SIDE)
-        return s[bad], np.maximum(out, 0.0)[bad] + self.corridor.margin
+        bad = ~((drift <= _DRIFT) & (out <= _SIDE))  # what is no number is bad too
+        return s[bad], np.fmax(out, 0.0)[bad] + self.corridor.margin
 
     def _part(self, path: PiecewiseCubic, part: _Pieces) -> tuple[float, list[Floats], list[Floats]]:
         """Bound on what is beyond a border, and the pieces that could not be proven."""
         margin = self.corridor.margin
         depth, _ = _depth(path, part, self._coarse, margin)
-        open_ = depth > 0.0
+        open_ = ~(depth <= 0.0)
         worst = float(np.max(depth[~open_], initial=-np.inf))
         part = _cut(_Pieces(part.start[open_], part.end[open_]), 0.25 * _FIRST_PIECE)
         where, deep = [_NONE], [_NONE]
@@ -191,7 +191,8 @@ class Prover:
             proven = depth <= 0.0
             worst = max(worst, float(np.max(depth[proven], initial=-np.inf)))
             # too close beyond doubt and short enough to say where, or as short as makes a difference
-            done = ~proven & ((sag < _LEAST_SAG) | ((depth > 2.0 * sag + 2.0 * _FINE) & (part.end - part.start < 0.3)))
+            length = part.end - part.start
+            done = ~proven & ((sag < _LEAST_SAG) | (length < _SHORTEST) | ((depth > 2.0 * sag + 2.0 * _FINE) & (length < 0.3)))
             where.append(0.5 * (part.start + part.end)[done])
             deep.append(depth[done])
             worst = max(worst, float(np.max(depth[done], initial=-np.inf)))
@@ -323,7 +324,7 @@ def _curvature(path: PiecewiseCubic, pieces: _Pieces, most: float) -> tuple[bool
         along = first / np.maximum(np.sqrt(_dot(first, first)), 1e-12)
         slowest = np.minimum(np.minimum(_dot(begin, along), _dot(end, along)), _dot(middle, along))
         bound = np.max(np.abs(turn), axis=0) / np.maximum(slowest, 1e-9) ** 3
-        loose = (bound > most) | (slowest <= 0.0)
+        loose = ~((bound <= most) & (slowest > 0.0))
         done = loose & (length < 0.02)
         where.append(pieces.start[done])
         worst = max(worst, float(np.max(bound[~loose | done], initial=0.0)))

@@ -71,6 +71,16 @@ def test_path_that_loses_the_road_is_not_proven():
     assert not Prover(road.corridor("road", 1.0)).prove(PiecewiseCubic(knots, _straight_pieces(knots, points))).inside
 
 
+def test_path_that_is_no_number_is_not_proven():
+    road = RoadBuilder("straight").straight(100).build(lanes=((1, -3.0, 3.0),))
+    path = along(road.reference, lambda s: 0.0 * s, 20)
+    broken = path.coefficients.copy()
+    broken[1, 1, 7] = np.nan
+    found = Prover(road.corridor("road", 1.0)).prove(PiecewiseCubic(path.breaks, broken), 0.1)
+    assert not found.inside
+    assert not found.gentle
+
+
 def test_road_that_crosses_itself_is_proven_by_its_own_borders_only():
     # a loop of 270 degrees over itself: at the crossing the other branch's borders cut right through the path
     road = RoadBuilder("loop").straight(60).arc(25, 1.5 * np.pi).straight(80).build(lanes=((1, -3.0, 3.0),))
