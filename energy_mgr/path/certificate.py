@@ -146,6 +146,9 @@ class Prover:
             end: prove to this station, m.
         """
         breaks = path.breaks
+        broken = ~np.all(np.isfinite(path.coefficients), axis=(0, 1))
+        if broken.any():
+            return Certificate(False, np.inf, breaks[:-1][broken], np.full(int(broken.sum()), np.inf), False, np.inf, breaks[:-1][broken])
         first, last = breaks[0] if start is None else start, breaks[-1] if end is None else end
         cuts = np.concatenate([[first], breaks[(breaks > first) & (breaks < last)], [last]])
         pieces = _Pieces(cuts[:-1], cuts[1:])
