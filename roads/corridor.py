@@ -89,18 +89,22 @@ class Corridor:
 
     def _with(self, one: Narrowing) -> Corridor:
         length = self.reference.length
-        if self.reference.closed:
-            start, end = float(np.mod(one.start, length)), float(np.mod(one.end, length))
-            if start > end:
-                return self._with(Narrowing(start, length, one.right, one.left))._with(Narrowing(0.0, end, one.right, one.left))
-        else:
-            start, end = max(one.start, 0.0), min(one.end, length)
+        if not one.start < one.end and not (self.reference.closed and one.start != one.end):
+            raise RoadError(f"{self.name}: narrowing from {one.start} m to {one.end} m, expected an end after the start")
+        if not self.reference.closed:
             if one.end < 0.0 or one.start > length:
                 raise RoadError(f"{self.name}: narrowing from {one.start} m to {one.end} m, expected stations between 0 and {length:.1f} m")
-        if not start < end:
-            raise RoadError(f"{self.name}: narrowing from {one.start} m to {one.end} m, expected an end after the start")
+            return self._narrow(max(one.start, 0.0), min(one.end, length), one)
+        if one.end - one.start >= length:
+            return self._narrow(0.0, length, one)
+        start, end = float(np.mod(one.start, length)), float(np.mod(one.end, length))
+        return self._narrow(start, end, one) if start < end else self._narrow(start, length, one)._narrow(0.0, end, one)
+
+    def _narrow(self, start: float, end: float, one: Narrowing) -> Corridor:
+        """Narrower from `start` to `end`, both on the road."""
         cuts = np.array([start - _STEP, start, end, end + _STEP])
         # the steps lie outside the stretch, so that the whole of it is narrow
+        length = self.reference.length
         there = np.min(np.abs(self.s[:, None] - cuts), axis=1) < 1e-6
         s = np.union1d(self.s[~there | (self.s == 0.0) | (self.s == length)], cuts[(cuts > 0.0) & (cuts < length)])
         right, left = self.borders(s)
