@@ -115,7 +115,7 @@ def _line(corridor: Corridor, base: Floats, w: Floats, kappa: Floats, rate: Floa
         share = (index - (ends[at] - count[at])) / count[at]
         s[part] = np.where(share < 1.0, base[at] + step[at] * share, base[at + 1])
         points[part], folded[part] = _beside(corridor, s[part], w[at] + (w[at + 1] - w[at]) * share, 1.0 if which else -1.0)
-    keep = np.where(folded[:-1] | folded[1:], 0.0, corridor.margin)
+    keep = np.where(folded[:-1] & folded[1:], 0.0, corridor.margin)
     arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     return BorderLine(s, points, arc, keep, np.repeat((step / count) ** 2 / 8.0 * second, count))
 

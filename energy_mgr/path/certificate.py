@@ -71,6 +71,16 @@ class Certificate:
         """Both proofs hold."""
         return self.inside and self.gentle
 
+    @property
+    def fault(self) -> str:
+        """What could not be proven, and where; empty if all was."""
+        if not self.inside:
+            at = int(np.argmax(self.depth))
+            return f"the path could not be proven to keep its clearance near s = {self.where[at]:.1f} m: {max(self.depth[at], 0.0):.4f} m too close"
+        if not self.gentle:
+            return f"the path could not be proven to keep its bound on curvature near s = {self.bends[0]:.1f} m"
+        return ""
+
 
 class _Pieces(NamedTuple):
     """Parts of the path: stations of their ends, m."""
@@ -130,7 +140,9 @@ class Prover:
         wrap = self.corridor.reference.closed
         start = (-_SPARE if wrap else 0.0) if self.start is None else self.start
         end = length + (_SPARE if wrap else 0.0) if self.end is None else self.end
-        s = np.linspace(start, end, max(int(np.ceil((end - start) / _ROAD_LOOK)), 1) + 1)
+        # where there is no margin to tell the sides apart, look closer
+        look = _ROAD_LOOK if self.corridor.margin > 2.0 * _SIDE else 0.1 * _ROAD_LOOK
+        s = np.linspace(start, end, max(int(np.ceil((end - start) / look)), 1) + 1)
         reference = self.corridor.reference
         place, first = reference.pieces(reference.parameter(s), 1)
         tangent = first / np.hypot(first[:, 0], first[:, 1])[:, None]
@@ -171,6 +183,11 @@ class Prover:
     def _lost(self, path: PiecewiseCubic, base: _Pieces) -> tuple[Floats, Floats]:
         """Places that do not follow the road, which no distance from a border can vouch for: beside the wrong station, or not between the borders."""
         s = np.append(base.start, base.end[-1:])
+        bad, out = self._strays(path, s)
+        return s[bad], np.fmax(out, 0.0)[bad] + self.corridor.margin
+
+    def _strays(self, path: PiecewiseCubic, s: Floats) -> tuple[NDArray[np.bool_], Floats]:
+        """Which places (k,) of the path are beside the wrong station or not between the borders, and how far outside, m."""
         stations, road = self._road
         x, y, along_x, along_y, right, left = (np.interp(s, stations, values) for values in road)
         place = _places(path, _piece_of(path, s), s)
@@ -178,8 +195,7 @@ class Prover:
         drift = np.abs(gap_x * along_x + gap_y * along_y)
         offset = along_x * gap_y - along_y * gap_x
         out = np.maximum(offset - left, right - offset)
-        bad = ~((drift <= _DRIFT) & (out <= _SIDE))  # what is no number is bad too
-        return s[bad], np.fmax(out, 0.0)[bad] + self.corridor.margin
+        return ~((drift <= _DRIFT) & (out <= min(_SIDE, 0.5 * self.corridor.margin))), out  # what is no number strays too
 
     def _part(self, path: PiecewiseCubic, part: _Pieces) -> tuple[float, list[Floats], list[Floats]]:
         """Bound on what is beyond a border, and the pieces that could not be proven."""
@@ -191,6 +207,9 @@ class Prover:
         where, deep = [_NONE], [_NONE]
         while len(part.start):
             depth, sag = _depth(path, part, self._fine, margin)
+            # a piece that swings out between two places that follow the road shows where it is halved
+            stray = self._strays(path, part.start)[0] | self._strays(path, part.end)[0]
+            depth = np.where(stray, np.fmax(depth, margin + 10.0 * sag), depth)
             proven = depth <= 0.0
             worst = max(worst, float(np.max(depth[proven], initial=-np.inf)))
             # too close beyond doubt and short enough to say where, or as short as makes a difference

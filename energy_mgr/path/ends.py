@@ -42,6 +42,8 @@ class End:
         given = [value for value in (self.offset, self.heading, self.curvature, self.speed) if value is not None]
         if not np.all(np.isfinite(given)):
             raise PlanningError(f"end of a path: {self}, expected finite numbers")
+        if self.speed is not None and not self.speed > 0.0:
+            raise PlanningError(f"end of a path: {self.speed} m of path per m of station, expected more than 0")
         if self.heading is not None and abs(self.heading) >= 1.2:
             raise PlanningError(f"end of a path: heading {self.heading:.2f} rad against the road, expected less than 1.2 rad")
         if (self.curvature is not None or self.speed is not None) and (self.offset is None or self.heading is None):

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..errors import PlanningError
+
 if TYPE_CHECKING:
     import scipy.sparse as sp
     from numpy.typing import NDArray
@@ -39,6 +41,10 @@ class Weights:
     offset: float = 0.0
     curvature_rate: float = 0.0
 
+    def __post_init__(self) -> None:
+        if not all(0.0 <= weight < 1e12 for weight in (self.length, self.offset, self.curvature_rate)):
+            raise PlanningError(f"{self}, expected numbers from 0 on")
+
 
 class Model(NamedTuple):
     """Cost, gradient (3n,) and Gauss-Newton Hessian (3n, 3n), which is convex, at a point."""
@@ -63,27 +69,27 @@ class Objective:
     centre: Floats
 
     @cached_property
-    def _share(self) -> tuple[Floats, Floats]:
+    def share(self) -> tuple[Floats, Floats]:
         """Stations of the Gauss points and their weights in the spline parameter, (k,) each."""
         return nodes(self.spline).ravel(), (0.5 * self.spline.h[:, None] * _WEIGHTS).ravel()
 
     @cached_property
-    def _maps(self) -> tuple[Floats, Floats]:
+    def maps(self) -> tuple[Floats, Floats]:
         """(k, 4 or 6, 6) first and second (and third) derivatives by a segment's variables; (k, 4 or 6) their constant parts."""
-        q = self._share[0]
+        q = self.share[0]
         segment = np.repeat(np.arange(len(self.spline.h)), len(_NODES))
         orders = (1, 2, 3) if self.weights.curvature_rate > 0.0 else (1, 2)
         found = [self.spline.basis(q, order, segment) for order in orders]
         return np.concatenate([one.matrix for one in found], axis=1), np.concatenate([one.constant for one in found], axis=1)
 
     @cached_property
-    def _sideways(self) -> tuple[Floats, Floats]:
+    def sideways(self) -> tuple[Floats, Floats]:
         """Rows (k, 6) and constants (k,) of the weighted distance from the centre."""
-        q = self._share[0]
+        q = self.share[0]
         basis = self.spline.basis(q, 0)
         reference = self.spline.reference
         normal = reference.normal(q)
-        root = np.sqrt(self.weights.offset * self._share[1] / self.spline.unit)
+        root = np.sqrt(self.weights.offset * self.share[1] / self.spline.unit)
         rows = np.matmul(normal[:, None, :], basis.matrix)[:, 0]
         constant = np.sum(normal * (basis.constant - (reference.position(q) - self.spline.origin)), axis=1) - self.centre.ravel()
         return root[:, None] * rows, root * constant
@@ -92,38 +98,38 @@ class Objective:
         return np.repeat(x[self.spline.columns], len(_NODES), axis=0)
 
     def _state(self, local: Floats) -> Floats:
-        matrix, constant = self._maps
+        matrix, constant = self.maps
         return np.matmul(matrix, local[:, :, None])[:, :, 0] + constant
 
     def residuals(self, x: Floats) -> Floats:
         """(segments, 4) residuals whose squares add up to the integral of squared curvature, `sqrt(w |o'|) kappa`."""
         p, q = np.split(self._state(self._local(x))[:, :4], 2, axis=1)
-        return (np.sqrt(self._share[1]) * _cross(p, q) * np.sum(p**2, axis=1) ** -1.25).reshape(-1, len(_NODES))
+        return (np.sqrt(self.share[1]) * _cross(p, q) * np.sum(p**2, axis=1) ** -1.25).reshape(-1, len(_NODES))
 
     def cost(self, x: Floats) -> float:
         """The cost at `x`."""
         local = self._local(x)
         state = self._state(local)
         total = float(np.sum(self._curvature(state)))
-        weights, share = self.weights, self._share[1]
+        weights, share = self.weights, self.share[1]
         if weights.length > 0.0:
             total += weights.length * float(share @ np.hypot(state[:, 0], state[:, 1]))
         if weights.curvature_rate > 0.0:
             total += float(np.sum(_rate_residual(state, weights.curvature_rate * share)[0] ** 2))
         if weights.offset > 0.0:
-            rows, constant = self._sideways
+            rows, constant = self.sideways
             total += float(np.sum((np.sum(rows * local, axis=1) + constant) ** 2))
         return total
 
     def _curvature(self, state: Floats) -> Floats:
         p, q = state[:, :2], state[:, 2:4]
-        return self._share[1] * _cross(p, q) ** 2 * (p[:, 0] ** 2 + p[:, 1] ** 2) ** -2.5
+        return self.share[1] * _cross(p, q) ** 2 * (p[:, 0] ** 2 + p[:, 1] ** 2) ** -2.5
 
     def model(self, x: Floats) -> Model:
         """Cost, gradient and Gauss-Newton Hessian at `x`; of length and distance from the centre the Hessian is exact."""
         local = self._local(x)
-        state, share, weights = self._state(local), self._share[1], self.weights
-        matrix, _ = self._maps
+        state, share, weights = self._state(local), self.share[1], self.weights
+        matrix, _ = self.maps
         residual, slope = _curvature_residual(state, share)
         rows = [_through(slope, matrix[:, :4])]
         cost, gradient = float(residual @ residual), 2.0 * residual[:, None] * rows[0]
@@ -133,7 +139,7 @@ class Objective:
             cost += float(residual @ residual)
             gradient += 2.0 * residual[:, None] * rows[-1]
         if weights.offset > 0.0:
-            sideways, constant = self._sideways
+            sideways, constant = self.sideways
             residual = np.sum(sideways * local, axis=1) + constant
             rows.append(sideways)
             cost += float(residual @ residual)

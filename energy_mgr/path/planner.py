@@ -11,11 +11,12 @@ import numpy as np
 from roads.cubic import PiecewiseCubic
 
 from ..errors import InfeasibleError, PlanningError, SolverError
+from .backends import qp_solver
 from .certificate import Certificate, Prover
 from .knots import knots_by_need
 from .problem import CurvatureProblem
 from .result import Path, PathReport
-from .solvers import solve
+from .solvers import METHODS, solve
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -41,6 +42,8 @@ TIGHTER = 5e-4
 _REPAIR_MORE = 2e-4
 #: Rounds of control points per set of knots, and how much denser the knots get where these do not suffice.
 _ROUNDS, _DENSER = 8, (1.0, 1.7, 3.0)
+#: Methods that end where they do, above the optimum, and say they are done.
+APPROXIMATE = ("linearised", "gradient")
 #: Steps that promise less than this fraction of the cost end the first solve, after which control points are added.
 _ROUGH = 1e-4
 
@@ -71,10 +74,15 @@ class PathOptions:
     density: float = field(default=1.0, repr=False)
 
     def __post_init__(self) -> None:
-        if self.knots != "need" and not 0.05 <= self.knots <= 1000.0:
-            raise PlanningError(f"knots {self.knots}, expected 'need' or a distance of 0.05 to 1000 m")
-        if not 0 <= self.control_points <= 100:
+        number = isinstance(self.knots, int | float) and not isinstance(self.knots, bool)
+        if self.knots != "need" and not (number and 0.05 <= self.knots <= 1000.0):
+            raise PlanningError(f"knots {self.knots!r}, expected 'need' or a distance of 0.05 to 1000 m")
+        if not isinstance(self.control_points, int) or not 0 <= self.control_points <= 100:
             raise PlanningError(f"{self.control_points} control points between two knots, expected 0 to 100")
+        if self.method not in METHODS:
+            raise PlanningError(f"method {self.method!r}, expected one of {', '.join(METHODS)}")
+        if self.qp not in ("piqp", "clarabel"):
+            qp_solver(self.qp)  # refuses what is not installed
         if not self.curvature_max > 0.0:
             raise PlanningError(f"bound on curvature {self.curvature_max} 1/m, expected more than 0")
         if not 1e-14 <= self.tolerance <= 0.1:
@@ -140,9 +148,11 @@ def path_in(corridor: Corridor, centre: PlanarCurve, options: PathOptions, *, re
         if found.certificate.certified:
             stalled = found if stalled is None or found.solution.cost < stalled.solution.cost else stalled
         else:
-            fault = _unproven(corridor, found.certificate, options)
+            fault = SolverError(f"{corridor.name}: {found.certificate.fault}")
     if stalled is not None:
         return _path(stalled, iterations, centre, options, started)
+    if fault is not None and options.knots != "need":
+        raise type(fault)(f"{fault} (knots {options.knots:g} m apart and closer; `need` puts them where the road bends)")
     raise fault or SolverError(f"{corridor.name}: no path was found")
 
 
@@ -182,10 +192,7 @@ def _search(problem: CurvatureProblem, prover: Prover, options: PathOptions, rep
         certificate = prover.prove(problem.spline.pieces(x), options.curvature_max)
         if (certificate.certified and not rough) or rounds == _ROUNDS:
             return _Found(problem, solution, iterations, certificate)
-        if not certificate.inside:
-            problem = with_repairs(problem, x, certificate)
-        if not certificate.gentle:
-            problem = problem.with_bends(_apart(certificate.bends, 0.5))
+        problem = with_repairs(problem, x, certificate)
         rough, rounds = False, rounds + 1
 
 
@@ -193,8 +200,13 @@ def with_repairs(problem: CurvatureProblem, x: Floats, certificate: Certificate)
     """Add a control point at each local worst place, with the border drawn in so far that the path must give way by what it is too close, and a
     little more.
 
-    What the path is off the strip's border there counts too: where the strip is not exact, the proof fails although the strip is kept.
+    What the path is off the strip's border there counts too: where the strip is not exact, the proof fails although the strip is kept. Where the
+    bound on curvature could not be proven, it is watched from now on.
     """
+    if not certificate.gentle:
+        problem = problem.with_bends(_apart(certificate.bends, 0.5))
+    if certificate.inside:
+        return problem
     stations, depth = certificate.where, certificate.depth
     group = np.cumsum(np.diff(stations, prepend=stations[0]) > 0.5)
     worst = np.lexsort((depth, group))
@@ -220,7 +232,7 @@ def _path(found: _Found, iterations: int, centre: PlanarCurve, options: PathOpti
     problem, solution, certificate = found.problem, found.solution, found.certificate
     curve = problem.curve(solution.x)
     report = PathReport(
-        status="solved" if solution.converged else "stalled",
+        status="approximate" if options.method in APPROXIMATE else "solved" if solution.converged else "stalled",
         certified=certificate.certified,
         cost_centre=centre.squared_curvature(),
         cost=curve.squared_curvature(),
@@ -235,18 +247,6 @@ def _path(found: _Found, iterations: int, centre: PlanarCurve, options: PathOpti
         qp=solution.solver,
     )
     return Path(curve, curve.breaks_s, problem.spline.breaks, report)
-
-
-def _unproven(corridor: Corridor, certificate: Certificate, options: PathOptions) -> SolverError:
-    if not certificate.inside:
-        at = int(np.argmax(certificate.depth))
-        return SolverError(
-            f"{corridor.name}: no path could be proven to keep {corridor.margin:.2f} m from the borders; near s = {certificate.where[at]:.1f} m "
-            f"the best is {max(certificate.depth[at], 0.0):.4f} m too close"
-        )
-    return SolverError(
-        f"{corridor.name}: no path could be proven to keep the curvature below {options.curvature_max:.4g} 1/m near s = {certificate.bends[0]:.1f} m"
-    )
 
 
 def refuse_narrow(corridor: Corridor) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
+from ..errors import PlanningError
 from . import ends as ends_
 from .ends import End
 from .knots import equal_knots
@@ -116,6 +117,9 @@ class CurvatureProblem:
                 for k, end in ((0, ends[0]), (-1, ends[1]))
             )
             held = first, last
+            for end in held:
+                if end.curvature is not None and abs(end.curvature) > curvature_max:
+                    raise PlanningError(f"{corridor.name}: curvature {end.curvature:.4g} 1/m at an end, expected at most {curvature_max:.4g} 1/m")
         objective = Objective(spline, weights, middle)
         made = cls(corridor, spline, np.clip(offset, right, left), held, objective, rows, np.full(len(rows), tighter), tighter, curvature_max)
         return made if np.isinf(curvature_max) else replace(made, bend_q=made._bend_stations())
@@ -175,7 +179,7 @@ class CurvatureProblem:
         return np.column_stack([-free, -free, right]).ravel(), np.column_stack([free, free, left]).ravel()
 
     @cached_property
-    def _offset_table(self) -> tuple[Ints, Floats, Floats]:
+    def offset_table(self) -> tuple[Ints, Floats, Floats]:
         """Segment (m,) of the control points, and the path's offset there by the segment's variables: rows (m, 6), constants (m,)."""
         q = self.row_q
         basis, reference = self.spline.basis(q, 0), self.spline.reference
@@ -184,15 +188,15 @@ class CurvatureProblem:
         return basis.segment, values, np.sum(normal * (basis.constant - (reference.position(q) - self.spline.origin)), axis=1)
 
     @cached_property
-    def _row_borders(self) -> tuple[Floats, Floats]:
+    def row_borders(self) -> tuple[Floats, Floats]:
         """Borders (m,) at the control points, m."""
         return self.corridor.offsets(self.row_q)
 
     @cached_property
     def rows(self) -> Rows:
         """Offset of the path at the control points between the borders (3.9), m."""
-        segment, values, constant = self._offset_table
-        right, left = drawn_in(*self._row_borders, self.row_tighter)
+        segment, values, constant = self.offset_table
+        right, left = drawn_in(*self.row_borders, self.row_tighter)
         return Rows(self.spline.rows(segment, values), right - constant, left - constant, self.row_q)
 
     def with_rows(self, q: Floats, tighter: Floats) -> CurvatureProblem:
@@ -214,7 +218,7 @@ class CurvatureProblem:
     def equalities(self) -> tuple[sp.csc_matrix, Floats]:
         """A and b of A x = b: continuous slope at the knots (3.7), along and across the road; on open roads the ends."""
         spline = self.spline
-        joint, constant = self._joint_table
+        joint, constant = self.joint_table
         inner = self._inner
         before, after = (inner - 1) % len(spline.h), inner % len(spline.h)
         columns = np.concatenate([spline.columns[before], spline.columns[after][:, 3:]], axis=1)
@@ -231,7 +235,7 @@ class CurvatureProblem:
         return np.arange(len(self.q)) if self.closed else np.arange(1, len(self.q) - 1)
 
     @cached_property
-    def _joint_table(self) -> tuple[Floats, Floats]:
+    def joint_table(self) -> tuple[Floats, Floats]:
         """Jump of the slope at the joints, along and across the road: rows (k, 2, 9) by the variables of three knots, constants (k, 2)."""
         spline, inner = self.spline, self._inner
         before, after = (inner - 1) % len(spline.h), inner % len(spline.h)

@@ -20,7 +20,8 @@ class PathReport:
     """How a path was found and how good it is.
 
     Attributes:
-        status: `solved`, `lane centre` (nothing to solve) or `stalled` (inside the borders, but not at the optimum).
+        status: `solved`, `lane centre` (nothing to solve) or `stalled` (inside the borders, but not
+            at the optimum) or `approximate` (by a method that does not reach it).
         certified: proven to keep its clearance, and its bound on curvature, everywhere and not only at samples.
         cost_centre: integral of squared curvature of the lane centre, 1/m.
         cost: the same of the path, 1/m.

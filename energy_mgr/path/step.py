@@ -30,9 +30,10 @@ class PathStep:
     """The path in force after a step.
 
     Attributes:
-        status: `solved`: planned anew. `kept`: the last path, still proven to its end. `blocked`: the last path, proven only to `clear_to`, ahead
-        of the place
-            where a border cuts it. `lost`: no proven path from where the car is.
+        status: `solved`: planned anew, or nothing new to plan. `kept`: the last path, still proven to its end. `blocked`: the last path, proven
+        only to
+            `clear_to`, ahead of the place where a border cuts it. `lost`: no proven path from where the car is.
+        s: the car's station as it was understood, m; on a circuit counted on.
         pieces: the path from a little behind the car to `clear_to` over the road's station (on a circuit counted on). None if `lost`.
         clear_to: station to which the path is proven to keep its clearance, m.
         reason: why it was not planned anew; empty if it was.
@@ -42,6 +43,7 @@ class PathStep:
     """
 
     status: StepStatus
+    s: float
     pieces: PiecewiseCubic | None
     clear_to: float
     reason: str

@@ -29,10 +29,10 @@ class Tables:
         self.count = len(problem.q)
         self.segments = len(spline.h)
         self.frame, self.place, self.b_scale, self.kappa = spline.frame, spline.place, spline.b_scale, spline.kappa
-        self.maps, self.share = objective._maps, objective._share
-        self.sideways = objective._sideways if objective.weights.offset > 0.0 else None
-        self.offset_table, self.joint_table = problem._offset_table, problem._joint_table
-        self.row_borders = problem._row_borders
+        self.maps, self.share = objective.maps, objective.share
+        self.sideways = objective.sideways if objective.weights.offset > 0.0 else None
+        self.offset_table, self.joint_table = problem.offset_table, problem.joint_table
+        self.row_borders = problem.row_borders
         self.knot_borders = problem.corridor.offsets(problem.q)
         self.first_row = np.searchsorted(self.offset_table[0], np.arange(self.segments + 1))
         self.guess = problem.initial().reshape(-1, PER_KNOT)
@@ -51,6 +51,7 @@ class Tables:
         ends: tuple[End, End],
         borders: tuple[Floats, Floats, Floats, Floats] | None = None,
         tighter: tuple[Floats, Floats] | None = None,
+        bends: Floats | None = None,
     ) -> CurvatureProblem:
         """The problem on the knots `first` to `last` (counted on beyond the seam).
 
@@ -60,6 +61,7 @@ class Tables:
             ends: what holds there.
             borders: right and left border at the knots, then at the control points of the window, m; None for the road's.
             tighter: by how much they are drawn in at the knots and at the control points, m; None: as the problem has it.
+            bends: stations at which the curvature is watched, m; None for none.
         """
         problem = self.problem
         knots = np.arange(first, last + 1)
@@ -76,9 +78,9 @@ class Tables:
         )
         four = (4 * segments[:, None] + np.arange(4)).ravel()
         objective = Objective(spline, problem.objective.weights, problem.objective.centre)
-        _fill(objective, _maps=(self.maps[0][four], self.maps[1][four]), _share=(self.share[0][four], self.share[1][four]))
+        _fill(objective, maps=(self.maps[0][four], self.maps[1][four]), share=(self.share[0][four], self.share[1][four]))
         if self.sideways is not None:
-            _fill(objective, _sideways=(self.sideways[0][four], self.sideways[1][four]))
+            _fill(objective, sideways=(self.sideways[0][four], self.sideways[1][four]))
         rows, own = self.rows_of(segments)
         turns = knots[:-1][own] // self.count if problem.closed else np.zeros(len(own))
         row_q = problem.row_q[rows] + turns * problem.spline.reference.length
@@ -90,6 +92,7 @@ class Tables:
             start=self.guess[inner, 2],
             row_q=row_q,
             row_tighter=problem.row_tighter[rows] if tighter is None else tighter[1],
+            bend_q=np.zeros(0) if bends is None else bends,
         )
         joints = inner[1:-1] - (0 if problem.closed else 1)
         right, left, row_right, row_left = borders or (
@@ -98,9 +101,9 @@ class Tables:
         )
         _fill(
             made,
-            _offset_table=(own, self.offset_table[1][rows], self.offset_table[2][rows]),
-            _joint_table=(self.joint_table[0][joints], self.joint_table[1][joints]),
-            _row_borders=(row_right, row_left),
+            offset_table=(own, self.offset_table[1][rows], self.offset_table[2][rows]),
+            joint_table=(self.joint_table[0][joints], self.joint_table[1][joints]),
+            row_borders=(row_right, row_left),
             borders=drawn_in(right, left, problem.tighter if tighter is None else tighter[0]),
         )
         return made

@@ -231,9 +231,8 @@ class _Run:
         if value[at] > 1.0 + 10 * BEND_TOLERANCE:
             bound = self.problem.curvature_max
             raise InfeasibleError(
-                f"{self.problem.corridor.name}: no path inside the corridor keeps the curvature below {bound:.4g} 1/m near "
-                f"s = {self.problem.bend_q[at]:.1f} m: the gentlest found bends by {value[at] * bound:.4g} 1/m, "
-                f"radius {1 / (value[at] * bound):.2f} m"
+                f"{self.problem.corridor.name}: no path was found inside the corridor that keeps the curvature below {bound:.4g} 1/m, "
+                f"radius {1 / bound:.2f} m; it breaks it near s = {self.problem.bend_q[at]:.1f} m"
             )
 
 

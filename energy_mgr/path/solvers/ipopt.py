@@ -57,7 +57,7 @@ def solve(
     if report:
         report(f"path: IPOPT, {stats['iter_count']} iterations, cost {float(found['f']):.6f}")
     cost = float(found["f"])
-    return Solution(np.array(found["x"]).ravel(), cost, int(stats["iter_count"]), np.nan, tolerance / max(cost, 1e-12), True, "ipopt")
+    return Solution(np.array(found["x"]).ravel(), cost, int(stats["iter_count"]), np.nan, np.nan, True, "ipopt")
 
 
 class _Segments(NamedTuple):

@@ -6,6 +6,7 @@ Hessian. For comparison, and for problems of some dozens of knots.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -76,7 +77,8 @@ def _trust_constr(problem: CurvatureProblem, x: Floats, scale: float, tolerance:
     rows = problem.rows
     constraints: list[Any] = [optimize.LinearConstraint(matrix, rhs, rhs), optimize.LinearConstraint(rows.matrix, rows.lower, rows.upper)]
     if len(problem.bend_q):
-        constraints.append(optimize.NonlinearConstraint(lambda y: problem.curvatures(y)[0], -1.0, 1.0, jac=lambda y: _bend_jacobian(problem, y)))
+        slopes = partial(_bend_jacobian, problem, dense=False)  # sparse, as the linear rows are
+        constraints.append(optimize.NonlinearConstraint(lambda y: problem.curvatures(y)[0], -1.0, 1.0, jac=slopes))
     return minimize(
         lambda y: scale * problem.cost(y),
         x,
@@ -89,5 +91,6 @@ def _trust_constr(problem: CurvatureProblem, x: Floats, scale: float, tolerance:
     )
 
 
-def _bend_jacobian(problem: CurvatureProblem, x: Floats) -> Floats:
-    return problem.bend_rows(problem.curvatures(x)[1]).toarray()
+def _bend_jacobian(problem: CurvatureProblem, x: Floats, *, dense: bool = True) -> Any:
+    rows = problem.bend_rows(problem.curvatures(x)[1])
+    return rows.toarray() if dense else rows

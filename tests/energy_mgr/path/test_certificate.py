@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from energy_mgr.path.certificate import Prover
-from roads import Corridor, PlanarCurve, Road, RoadBuilder
+from roads import Corridor, Narrowing, PlanarCurve, Road, RoadBuilder
 from roads.border_line import border_lines
 from roads.cubic import PiecewiseCubic, interpolate
 
@@ -141,3 +141,35 @@ def test_border_lines_lie_within_their_sag(sag: float, rng: np.random.Generator)
         gap = np.hypot(*(true - a - share[:, None] * (b - a)).T)
         assert np.all(gap <= line.sag[at] + 1e-9)
         assert np.max(line.sag) <= sag * (1 + 1e-9)
+
+
+def test_path_that_swings_out_between_two_stations_is_not_proven():
+    # one cubic that runs 25 m ahead and back within 2 m of stations, through a wall that stands beside other stations than its own
+    road = RoadBuilder("straight").straight(100).build(lanes=((1, -3.0, 3.0),))
+    corridor = road.corridor("road", 1.0).narrowed(Narrowing(20.0, 24.0, left=-1.0))
+    knots = np.array([0.0, 10.0, 12.0, 100.0])
+    straight = _straight_pieces(knots, np.array([[0.0, 0.5], [10.0, 0.5], [12.0, 0.5], [100.0, 0.5]]))
+    swing = straight.copy()
+    # x from 10 to 12 with a bow of 25 m in between: 4 * 25 * u (1 - u)
+    swing[:, 0, 1] = [0.0, -25.0, 51.0, 10.0]
+    assert not Prover(corridor).prove(PiecewiseCubic(knots, swing), start=0.0, end=14.0).inside
+    assert Prover(corridor).prove(PiecewiseCubic(knots, straight), start=0.0, end=14.0).inside
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.01, 0.03])
+def test_path_outside_a_border_with_little_margin_is_not_proven(margin: float):
+    road = RoadBuilder("straight").straight(100).build(lanes=((1, -3.0, 3.0),))
+    prover = Prover(road.corridor("road", margin))
+    assert not prover.prove(along(road.reference, lambda s: 3.02 + 0.0 * s)).inside
+    assert not prover.prove(along(road.reference, lambda s: 3.0005 + margin + 0.0 * s)).inside
+    assert prover.prove(along(road.reference, lambda s: 2.998 - margin + 0.0 * s)).inside
+
+
+def test_wall_in_a_folding_bend_keeps_its_margin():
+    road = RoadBuilder("tight").straight(20).arc(10, 1.5).straight(20).build(lanes=((1, -4.0, 12.0),))
+    corridor = road.corridor("road", 1.0).narrowed(Narrowing(26.0, 29.0, left=2.0))
+    prover = Prover(corridor)
+    for gap in (0.03, 0.3, 0.9):
+        # a path that runs up to the wall's edge inside the bend
+        stop = 26.0 - gap
+        assert not prover.prove(along(road.reference, lambda s: 4.0 * np.clip((s - 10.0) / 12.0, 0.0, 1.0)), start=0.0, end=stop).inside

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import roads
-from energy_mgr import PlanningError, SolverError, plan_path
+from energy_mgr import PathOptions, PlanningError, SolverError, plan_path
 from energy_mgr.path import PathPlanner, PathState, receding_path
 from energy_mgr.path.certificate import Prover
 from powertrain import load_vehicle
@@ -105,7 +105,7 @@ def test_blocked_road_keeps_the_last_path_up_to_the_obstacle_and_says_so():
     assert np.allclose(step.pieces(at)[0], free.pieces(at)[0], atol=1e-9)
     assert Prover(road.corridor("road", CLEARANCE).narrowed(*wall)).prove(step.pieces).inside
     # nothing changes while the wall stands; the way is free again when it is gone
-    assert planner.step(30.0).status in ("blocked", "kept")
+    assert planner.step(30.0).status == "blocked"
     assert planner.step(40.0).clear_to <= step.clear_to
     assert planner.step(45.0, corridor_update=[]).status == "solved"
 
@@ -162,6 +162,74 @@ def test_measurements_that_cannot_be_are_rejected_and_counted():
     assert again.clear_to >= good.clear_to
 
 
+def test_jump_backward_is_proven_before_it_is_trusted():
+    road = RoadBuilder("street").straight(600).build()
+    wall = [Narrowing(140.0, 146.0, right=0.8), Narrowing(141.0, 147.0, left=-0.8)]
+    planner = planner_on(road)
+    planner.step(100.0)
+    assert planner.step(150.0, corridor_update=wall).status == "solved"  # the wall is behind the car
+    step = planner.step(135.0)
+    assert step.status == "blocked"
+    assert step.clear_to < 140.0
+
+
+def test_update_that_comes_with_a_bad_measurement_counts():
+    road = RoadBuilder("street").straight(600).build()
+    planner = planner_on(road)
+    planner.step(100.0)
+    step = planner.step(float("nan"), corridor_update=[Narrowing(140.0, 146.0, right=0.8), Narrowing(141.0, 147.0, left=-0.8)])
+    assert step.status == "blocked"
+    assert step.clear_to < 140.0
+
+
+@pytest.mark.parametrize("s", [380.0, 390.0, 396.0, 399.0, 400.9])
+def test_car_beside_its_path_near_the_end_of_the_road_is_told_so(s: float):
+    planner = planner_on(RoadBuilder("street").straight(400).build())
+    for first in (None, 300.0):
+        if first is not None:
+            planner.step(first)
+        step = planner.step(s, PathState(min(s, 400.0), -0.6, 0.0))
+        assert step.status in ("solved", "lost")
+        assert step.status == "solved" or "the road ends" in step.reason or "expected" in step.reason
+
+
+def test_path_from_beside_the_plan_is_stitched_where_it_has_a_knot():
+    planner = planner_on(roads.open_road("handling"))
+    planner.step(100.0)
+    first = planner.step(120.0, state_beside(planner, 120.0, 0.9, 0.1))
+    assert first.status == "solved"
+    second = planner.step(first.s + 0.2)
+    for step in (first, second):
+        assert step.curve is not None
+        breaks = step.curve.pieces.breaks[1:-1]
+        before, after = step.curve.pieces(breaks - 1e-9), step.curve.pieces(breaks + 1e-9)
+        assert np.max(np.abs(before[0] - after[0])) < 1e-6
+
+
+def test_bound_on_curvature_is_kept_while_driving():
+    road = roads.open_road("descent")[900:1700]
+    planner = planner_on(road, options=PathOptions(curvature_max=0.05))
+    statuses = []
+    for s in np.arange(0.0, 560.0, 8.0):
+        step = planner.step(s)
+        statuses.append(step.status)
+        assert step.curve is not None
+        assert np.max(np.abs(step.curve.curvature(np.linspace(0.0, step.curve.length, 2000)))) <= 0.05
+    assert statuses.count("solved") > 0.8 * len(statuses)
+
+
+def test_what_an_obstacle_has_taught_is_forgotten_with_it():
+    road = RoadBuilder("s").straight(60).bend(30, 1.2, 12).straight(60).bend(30, -1.2, 12).straight(80).build()
+    planner, fresh = planner_on(road), planner_on(road)
+    for s in np.arange(0.0, 100.0, 10.0):
+        planner.step(s, corridor_update=[Narrowing(s + 30.0, s + 36.0, right=-0.5)])
+    planner.step(100.0, corridor_update=[])
+    again, once = planner.step(0.0), fresh.step(0.0)
+    assert again.curve is not None
+    assert once.curve is not None
+    assert again.curve.squared_curvature() == pytest.approx(once.curve.squared_curvature(), rel=1e-2)
+
+
 def test_step_stays_within_its_budget_of_processor_time():
     # a budget that is spent before the second solve: the path in force is kept, and the step ends
     planner = planner_on(roads.open_road("descent")[0:1500], budget_ms=1e3)
@@ -178,5 +246,7 @@ def test_arguments_out_of_range_are_refused():
         planner_on(road, horizon=1.0)
     with pytest.raises(PlanningError, match="budget 0.0 ms"):
         planner_on(road, budget_ms=0.0)
+    with pytest.raises(PlanningError, match="method 'ipopt': a receding horizon has its own"):
+        planner_on(road, options=PathOptions(method="ipopt"))
     with pytest.raises(SolverError, match="a horizon study needs a road with an end"):
         receding_path(planner_on(roads.open_road("handling")))

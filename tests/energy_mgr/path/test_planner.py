@@ -151,7 +151,9 @@ def test_bound_on_curvature_holds_every_decimetre(bound: float):
 
 def test_bound_on_curvature_that_the_road_does_not_allow_is_refused():
     road = RoadBuilder("bend").straight(40).bend(8, 1.6, 6).straight(40).build()
-    with pytest.raises(InfeasibleError, match=r"bend: no path inside the corridor keeps the curvature below 0\.04 1/m near s = \d+"):
+    with pytest.raises(
+        InfeasibleError, match=r"bend: no path was found .* the curvature below 0\.04 1/m, radius 25\.00 m; it breaks it near s = \d+"
+    ):
         plan_path(road, 1.0, extent="lane", options=PathOptions(curvature_max=0.04))
 
 
@@ -194,6 +196,10 @@ def test_weight_of_length_shortens_and_weight_of_offset_centres():
         ({"curvature_max": 0.0}, "bound on curvature 0.0"),
         ({"curvature_max": float("nan")}, "bound on curvature nan"),
         ({"tolerance": 0.0}, "tolerance 0.0"),
+        ({"knots": "many"}, "knots 'many'"),
+        ({"control_points": 2.5}, "2.5 control points"),
+        ({"method": "newton"}, "method 'newton', expected one of gauss-newton"),
+        ({"qp": "nosuch"}, "QP solver 'nosuch' is not installed"),
     ],
 )
 def test_options_out_of_range_are_refused(options, message):
@@ -204,3 +210,27 @@ def test_options_out_of_range_are_refused(options, message):
 def test_clearance_that_is_no_number_is_refused():
     with pytest.raises(PlanningError, match="clearance nan m"):
         plan_path(RoadBuilder("straight").straight(100).build(), float("nan"))
+
+
+@pytest.mark.parametrize("weights", [{"length": -1.0}, {"offset": float("nan")}, {"curvature_rate": float("inf")}])
+def test_weights_out_of_range_are_refused(weights):
+    from energy_mgr import Weights
+
+    with pytest.raises(PlanningError, match="expected numbers from 0 on"):
+        Weights(**weights)
+
+
+def test_methods_that_stop_above_the_optimum_do_not_call_it_solved():
+    road = RoadBuilder("bend").straight(40).bend(30, 1.2, 12).straight(40).build()
+    for method in ("linearised", "gradient"):
+        report = plan_path(road, 1.0, options=PathOptions(method=method)).report  # pyright: ignore[reportArgumentType]
+        assert (report.status, report.certified) == ("approximate", True)
+
+
+def test_end_that_bends_more_than_the_bound_is_refused():
+    from energy_mgr import End
+
+    road = RoadBuilder("bend").straight(40).bend(30, 1.2, 12).straight(40).build()
+    options = PathOptions(curvature_max=0.05, ends=(End(offset=0.0, heading=0.0, curvature=0.1), None))
+    with pytest.raises(PlanningError, match=r"bend: curvature 0\.1 1/m at an end, expected at most 0\.05 1/m"):
+        plan_path(road, 1.0, options=options)

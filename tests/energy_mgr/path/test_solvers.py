@@ -42,7 +42,7 @@ def test_every_method_keeps_the_constraints_and_comes_near_the_optimum(road: Roa
     assert optimum * (1 - 1e-6) <= found.cost <= optimum * (1 + ABOVE[method])
 
 
-@pytest.mark.parametrize("method", ["gauss-newton", "ipopt", "slsqp"])
+@pytest.mark.parametrize("method", ["gauss-newton", "ipopt", "slsqp", "trust-constr"])
 def test_bound_on_curvature_is_kept_where_it_binds(road: Road, method: str):
     free = problem_on(road)
     most = float(np.max(np.abs(free.curve(solve(free, free.initial()).x).curvature(np.linspace(0, 100, 1000)))))
@@ -51,13 +51,15 @@ def test_bound_on_curvature_is_kept_where_it_binds(road: Road, method: str):
     found = solve(problem, problem.initial(), method, tolerance=1e-8)  # pyright: ignore[reportArgumentType]
     assert np.max(np.abs(problem.curvatures(found.x)[0])) <= 1.0 + 1e-4
     reference = solve(problem, problem.initial(), "ipopt")
-    assert found.cost == pytest.approx(reference.cost, rel=1e-4)
+    assert found.cost == pytest.approx(reference.cost, rel=2e-3 if method == "trust-constr" else 1e-4)
     assert found.cost > solve(free, free.initial()).cost
 
 
 def test_curvature_that_cannot_be_kept_names_the_station(road: Road):
     problem = problem_on(road, curvature_max=0.02).with_bends(np.linspace(0.0, road.length, 200))
-    with pytest.raises(InfeasibleError, match=r"s: no path inside the corridor keeps the curvature below 0\.02 1/m near s = \d+\.\d m: .* radius"):
+    with pytest.raises(
+        InfeasibleError, match=r"s: no path was found .* the curvature below 0\.02 1/m, radius 50\.00 m; it breaks it near s = \d+\.\d m"
+    ):
         solve(problem, problem.initial())
 
 
@@ -153,9 +155,9 @@ def test_all_coefficients_work_on_a_straight_road_and_refuse_a_bend(road: Road):
 def test_corridor_that_contradicts_itself_names_the_station():
     road = RoadBuilder("gate").straight(200).build()
     problem = CurvatureProblem.on(road.corridor("road", 1.0), road.lane_centre(), spacing=4.0, control_points=3)
-    lower, upper = problem._row_borders
+    lower, upper = problem.row_borders
     at = int(np.argmin(np.abs(problem.row_q - 101.0)))
     closed_gate = problem.with_rows(problem.row_q[at : at + 1], np.zeros(1))
-    vars(closed_gate)["_row_borders"] = tuple(np.insert(border, at, value) for border, value in ((lower, 0.5), (upper, 0.0)))
+    vars(closed_gate)["row_borders"] = tuple(np.insert(border, at, value) for border, value in ((lower, 0.5), (upper, 0.0)))
     with pytest.raises(InfeasibleError, match=r"gate: no smooth path .* near s = 101\.0 m.* give way by 0\.\d\d m"):
         solve(closed_gate, closed_gate.initial())
