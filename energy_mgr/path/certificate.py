@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     Ints = NDArray[np.intp]
 
 #: Largest sag of a border's piece, m: coarse for what is far from the borders, fine for what is close.
-_COARSE, _FINE = 4e-2, 2e-4
+_COARSE, _FINE = 6e-2, 2e-4
 #: A piece of the path with less sag than this is not halved any more, m.
 _LEAST_SAG = 3e-5
 #: Length of the path's pieces to begin with, at least, and below which none is halved, m.
-_FIRST_PIECE, _SHORTEST = 2.0, 1e-4
+_FIRST_PIECE, _SHORTEST = 3.0, 1e-4
 #: A place of the path may lie this far along the road from the station of its parameter, m.
 _DRIFT = 0.75
 #: Spacing of the looks at the road itself, m, how far they go on beyond the seam of a circuit, and how far between two of them a border may be off.
