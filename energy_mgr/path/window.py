@@ -66,21 +66,7 @@ class Tables:
         problem = self.problem
         knots = np.arange(first, last + 1)
         inner, segments = knots % self.count, knots[:-1] % self.segments
-        spline = ReducedSpline(problem.spline.reference, self.station(knots), problem.spline.unit, window=True)
-        _fill(
-            spline,
-            frame=(self.frame[0][inner], self.frame[1][inner]),
-            place=self.place[inner],
-            origin=problem.spline.origin,
-            h=problem.spline.h[segments],
-            b_scale=self.b_scale[inner],
-            kappa=self.kappa[inner],
-        )
-        four = (4 * segments[:, None] + np.arange(4)).ravel()
-        objective = Objective(spline, problem.objective.weights, problem.objective.centre)
-        _fill(objective, maps=(self.maps[0][four], self.maps[1][four]), share=(self.share[0][four], self.share[1][four]))
-        if self.sideways is not None:
-            _fill(objective, sideways=(self.sideways[0][four], self.sideways[1][four]))
+        spline, objective = self._cut_out(knots, inner, segments)
         rows, own = self.rows_of(segments)
         turns = knots[:-1][own] // self.count if problem.closed else np.zeros(len(own))
         row_q = problem.row_q[rows] + turns * problem.spline.reference.length
@@ -107,6 +93,26 @@ class Tables:
             borders=drawn_in(right, left, problem.tighter if tighter is None else tighter[0]),
         )
         return made
+
+    def _cut_out(self, knots: Ints, inner: Ints, segments: Ints) -> tuple[ReducedSpline, Objective]:
+        """Spline and objective on the window's knots, with what they would compute filled in."""
+        problem = self.problem
+        spline = ReducedSpline(problem.spline.reference, self.station(knots), problem.spline.unit, window=True)
+        _fill(
+            spline,
+            frame=(self.frame[0][inner], self.frame[1][inner]),
+            place=self.place[inner],
+            origin=problem.spline.origin,
+            h=problem.spline.h[segments],
+            b_scale=self.b_scale[inner],
+            kappa=self.kappa[inner],
+        )
+        four = (4 * segments[:, None] + np.arange(4)).ravel()
+        objective = Objective(spline, problem.objective.weights, problem.objective.centre)
+        _fill(objective, maps=(self.maps[0][four], self.maps[1][four]), share=(self.share[0][four], self.share[1][four]))
+        if self.sideways is not None:
+            _fill(objective, sideways=(self.sideways[0][four], self.sideways[1][four]))
+        return spline, objective
 
     def rows_of(self, segments: Ints) -> tuple[Ints, Ints]:
         """Control points of some segments: their indices, and for each the place of its segment in `segments`."""

@@ -78,17 +78,19 @@ def test_unknown_names_are_refused(road: Road):
         solve(problem, problem.initial(), qp="gurobi2")
 
 
-@pytest.mark.parametrize("backend", ["piqp", "clarabel", "osqp"])
-def test_qp_back_ends_agree_and_their_multipliers_close_the_kkt_system(road: Road, backend: str):
-    problem = problem_on(road)
-    x = problem.initial()
+def program_at(problem: CurvatureProblem, x: np.ndarray) -> Qp:
+    """The QP of a Gauss-Newton step."""
     model = problem.model(x)
     matrix, rhs = problem.equalities
     rows = problem.rows
     scale = 1e4 / model.cost
-    program = Qp(
-        model.hessian * scale, (model.gradient - model.hessian @ x) * scale, matrix, rhs, rows.matrix, rows.lower, rows.upper, *problem.bounds
-    )
+    return Qp(model.hessian * scale, (model.gradient - model.hessian @ x) * scale, matrix, rhs, rows.matrix, rows.lower, rows.upper, *problem.bounds)
+
+
+@pytest.mark.parametrize("backend", ["piqp", "clarabel", "osqp"])
+def test_qp_back_ends_agree_and_their_multipliers_close_the_kkt_system(road: Road, backend: str):
+    problem = problem_on(road)
+    program = program_at(problem, problem.initial())
     reference = qp_solver("clarabel").solve(program, 1e-10)
     found = qp_solver(backend).solve(program, 1e-9)
     assert found is not None
@@ -103,14 +105,7 @@ def test_qp_back_ends_agree_and_their_multipliers_close_the_kkt_system(road: Roa
 
 def test_kkt_residual_shows_a_point_that_is_not_the_minimiser(road: Road):
     problem = problem_on(road)
-    x = problem.initial()
-    model = problem.model(x)
-    matrix, rhs = problem.equalities
-    rows = problem.rows
-    scale = 1e4 / model.cost
-    program = Qp(
-        model.hessian * scale, (model.gradient - model.hessian @ x) * scale, matrix, rhs, rows.matrix, rows.lower, rows.upper, *problem.bounds
-    )
+    program = program_at(problem, problem.initial())
     found = qp_solver("piqp").solve(program, 1e-9)
     assert found is not None
     assert program.residual(found._replace(x=found.x + 0.01)) > 1e-3
