@@ -189,13 +189,15 @@ def long_road(kilometres: float) -> Road:
 @pytest.mark.slow
 def test_effort_grows_in_proportion_to_the_length():
     seconds, kilobytes, knots = [], [], []
-    for kilometres in (20, 100):
+    for kilometres in (10, 100):
         done = subprocess.run([sys.executable, "-c", LONG, str(kilometres)], capture_output=True, text=True, check=True, timeout=600)
         time_s, memory, count, status, certified = done.stdout.split()
         assert (status, certified) == ("solved", "True")
         seconds.append(float(time_s))
         kilobytes.append(float(memory))
         knots.append(int(count))
-    assert np.log(seconds[1] / seconds[0]) / np.log(knots[1] / knots[0]) < 1.25  # 1.1 over a decade, with the spread of one run each
+    assert (
+        np.log(seconds[1] / seconds[0]) / np.log(knots[1] / knots[0]) < 1.2
+    )  # asked for 1.1 and measured 1.05 over medians; single runs spread by 15 %
     # asked for: 10 kB per knot; found 13.6 with knots 9.4 m apart on average, 12.0 with equal ones 4 m apart: the borders cost 0.4 kB per metre
     assert 1024.0 * (kilobytes[1] - kilobytes[0]) / (knots[1] - knots[0]) < 15e3
