@@ -1,13 +1,9 @@
-"""Proof that a path keeps its distance from the borders, and its bound on curvature, everywhere and not only at samples.
+"""Proof that a path keeps its distance from the borders everywhere and not only at samples.
 
 The path is cut into pieces; a piece of a cubic lies within `h^2 / 8 max |o''|` of its chord, and `o''` is linear, so that this bound is exact
-arithmetic. A border
-is a chain of chords with a proven sag (`roads.border_line`). Two chords whose distance exceeds the required one by both sags prove it for what they
-stand
-for; what is not proven is halved. A path that starts between the borders, touches neither and follows the road station by station stays between
-them. Only the stretch of border beside a piece counts: a road may cross or approach itself.
-
-Curvature is `N / S^(3/2)` with `N = o' x o''` and `S = |o'|^2`: a quadratic's Bernstein coefficients bound `N`, those of `o'` bound `S` from below.
+arithmetic. A border is a chain of chords with a proven sag (`roads.border_line`). Two chords whose distance exceeds the required one by both sags
+prove it for what they stand for; what is not proven is halved. A path that starts between the borders, touches neither and follows the road station by
+station stays between them. Only the stretch of border beside a piece counts: a road may cross or approach itself.
 """
 
 from __future__ import annotations
@@ -19,6 +15,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from roads.border_line import BorderLine, border_lines
+
+from .curvature_proof import prove_curvature
+from .pieces import Pieces, cut, dot, halves, piece_of, places
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -80,13 +79,6 @@ class Certificate:
         if not self.gentle:
             return f"the path could not be proven to keep its bound on curvature near s = {self.bends[0]:.1f} m"
         return ""
-
-
-class _Pieces(NamedTuple):
-    """Parts of the path: stations of their ends, m."""
-
-    start: Floats
-    end: Floats
 
 
 class _Both(NamedTuple):
@@ -163,16 +155,16 @@ class Prover:
             return Certificate(False, np.inf, breaks[:-1][broken], np.full(int(broken.sum()), np.inf), False, np.inf, breaks[:-1][broken])
         first, last = breaks[0] if start is None else start, breaks[-1] if end is None else end
         cuts = np.concatenate([[first], breaks[(breaks > first) & (breaks < last)], [last]])
-        pieces = _Pieces(cuts[:-1], cuts[1:])
-        beyond, where, depth = self._borders(path, _cut(pieces, _first_length(path, pieces)))
-        gentle, curvature, bends = (True, np.inf, _NONE) if np.isinf(curvature_max) else _curvature(path, pieces, curvature_max)
+        pieces = Pieces(cuts[:-1], cuts[1:])
+        beyond, where, depth = self._borders(path, cut(pieces, _first_length(path, pieces)))
+        gentle, curvature, bends = (True, np.inf, _NONE) if np.isinf(curvature_max) else prove_curvature(path, pieces, curvature_max)
         return Certificate(len(where) == 0, beyond, where, depth, gentle, curvature, bends)
 
-    def _borders(self, path: PiecewiseCubic, base: _Pieces) -> tuple[float, Floats, Floats]:
+    def _borders(self, path: PiecewiseCubic, base: Pieces) -> tuple[float, Floats, Floats]:
         lost, depth_lost = self._lost(path, base)
         worst, where, depth = float(np.max(depth_lost, initial=-np.inf)), [lost], [depth_lost]
         for begin in range(0, len(base.start), _CHUNK):
-            found = self._part(path, _Pieces(base.start[begin : begin + _CHUNK], base.end[begin : begin + _CHUNK]))
+            found = self._part(path, Pieces(base.start[begin : begin + _CHUNK], base.end[begin : begin + _CHUNK]))
             worst = max(worst, found[0])
             where += found[1]
             depth += found[2]
@@ -180,7 +172,7 @@ class Prover:
         order = np.argsort(stations, kind="stable")
         return worst, stations[order], np.concatenate(depth)[order]
 
-    def _lost(self, path: PiecewiseCubic, base: _Pieces) -> tuple[Floats, Floats]:
+    def _lost(self, path: PiecewiseCubic, base: Pieces) -> tuple[Floats, Floats]:
         """Places that do not follow the road, which no distance from a border can vouch for: beside the wrong station, or not between the borders."""
         s = np.append(base.start, base.end[-1:])
         bad, out = self._strays(path, s)
@@ -190,20 +182,20 @@ class Prover:
         """Which places (k,) of the path are beside the wrong station or not between the borders, and how far outside, m."""
         stations, road = self._road
         x, y, along_x, along_y, right, left = (np.interp(s, stations, values) for values in road)
-        place = _places(path, _piece_of(path, s), s)
+        place = places(path, piece_of(path, s), s)
         gap_x, gap_y = place[0] - x, place[1] - y
         drift = np.abs(gap_x * along_x + gap_y * along_y)
         offset = along_x * gap_y - along_y * gap_x
         out = np.maximum(offset - left, right - offset)
         return ~((drift <= _DRIFT) & (out <= min(_SIDE, 0.5 * self.corridor.margin))), out  # what is no number strays too
 
-    def _part(self, path: PiecewiseCubic, part: _Pieces) -> tuple[float, list[Floats], list[Floats]]:
+    def _part(self, path: PiecewiseCubic, part: Pieces) -> tuple[float, list[Floats], list[Floats]]:
         """Bound on what is beyond a border, and the pieces that could not be proven."""
         margin = self.corridor.margin
         depth, _ = _depth(path, part, self._coarse, margin)
         open_ = ~(depth <= 0.0)
         worst = float(np.max(depth[~open_], initial=-np.inf))
-        part = _cut(_Pieces(part.start[open_], part.end[open_]), 0.25 * _FIRST_PIECE)
+        part = cut(Pieces(part.start[open_], part.end[open_]), 0.25 * _FIRST_PIECE)
         where, deep = [_NONE], [_NONE]
         while len(part.start):
             depth, sag = _depth(path, part, self._fine, margin)
@@ -219,51 +211,26 @@ class Prover:
             deep.append(depth[done])
             worst = max(worst, float(np.max(depth[done], initial=-np.inf)))
             rest = ~proven & ~done
-            part = _halves(_Pieces(part.start[rest], part.end[rest]))
+            part = halves(Pieces(part.start[rest], part.end[rest]))
         return worst, where, deep
 
 
-def _first_length(path: PiecewiseCubic, pieces: _Pieces) -> Floats:
+def _first_length(path: PiecewiseCubic, pieces: Pieces) -> Floats:
     """(k,) length of the parts to begin with: as long as they sag no more than what is coarse, m."""
-    piece = _piece_of(path, 0.5 * (pieces.start + pieces.end))
+    piece = piece_of(path, 0.5 * (pieces.start + pieces.end))
     cubic, square = 6.0 * path.coefficients[0][:, piece], 2.0 * path.coefficients[1][:, piece]
     end = cubic * np.diff(path.breaks)[piece] + square
-    bend = np.sqrt(np.maximum(_dot(square, square), _dot(end, end)))
+    bend = np.sqrt(np.maximum(dot(square, square), dot(end, end)))
     return np.minimum(np.maximum(np.sqrt(8.0 * _COARSE / np.maximum(bend, 1e-9)), _FIRST_PIECE), 10.0)
 
 
-def _cut(pieces: _Pieces, longest: Floats | float) -> _Pieces:
-    length = pieces.end - pieces.start
-    count = np.maximum(np.ceil(length / longest), 1.0).astype(np.intp)
-    which = np.repeat(np.arange(len(count)), count)
-    part = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-    step = (length / count)[which]
-    return _Pieces(pieces.start[which] + part * step, pieces.start[which] + (part + 1) * step)
-
-
-def _halves(pieces: _Pieces) -> _Pieces:
-    middle = 0.5 * (pieces.start + pieces.end)
-    return _Pieces(np.column_stack([pieces.start, middle]).ravel(), np.column_stack([middle, pieces.end]).ravel())
-
-
-def _piece_of(path: PiecewiseCubic, s: Floats) -> Ints:
-    return np.minimum(np.maximum(np.searchsorted(path.breaks, s, side="right") - 1, 0), len(path.breaks) - 2)
-
-
-def _places(path: PiecewiseCubic, piece: Ints, s: Floats) -> Floats:
-    """(2, k) the path at stations `s` of the cubics `piece`."""
-    th = s - path.breaks[piece]
-    a, b, c, d = path.coefficients[:, :, piece]
-    return ((a * th + b) * th + c) * th + d
-
-
-def _depth(path: PiecewiseCubic, part: _Pieces, both: _Both, margin: float) -> tuple[Floats, Floats]:
+def _depth(path: PiecewiseCubic, part: Pieces, both: _Both, margin: float) -> tuple[Floats, Floats]:
     """(k,) bound on how much too close each piece comes to a border, m, and the sag of the pieces."""
-    piece = _piece_of(path, 0.5 * (part.start + part.end))
-    a, b = _places(path, piece, part.start), _places(path, piece, part.end)
+    piece = piece_of(path, 0.5 * (part.start + part.end))
+    a, b = places(path, piece, part.start), places(path, piece, part.end)
     cubic, square = 6.0 * path.coefficients[0][:, piece], 2.0 * path.coefficients[1][:, piece]
     bends = [cubic * (s - path.breaks[piece]) + square for s in (part.start, part.end)]
-    sag = (part.end - part.start) ** 2 / 8.0 * np.sqrt(np.maximum(_dot(bends[0], bends[0]), _dot(bends[1], bends[1])))
+    sag = (part.end - part.start) ** 2 / 8.0 * np.sqrt(np.maximum(dot(bends[0], bends[0]), dot(bends[1], bends[1])))
     ranges = [_beside(part, s, arc, margin) for s, arc in zip(both.s, both.arc, strict=True)]
     low = np.concatenate([first + found[0] for first, found in zip(both.first, ranges, strict=True)])
     count = np.concatenate([np.maximum(found[1] - found[0], 1) for found in ranges])
@@ -279,7 +246,7 @@ def _depth(path: PiecewiseCubic, part: _Pieces, both: _Both, margin: float) -> t
     return np.maximum(most[: len(piece)], most[len(piece) :]) + sag, sag
 
 
-def _beside(part: _Pieces, s: Floats, arc: Floats, margin: float) -> tuple[Ints, Ints]:
+def _beside(part: Pieces, s: Floats, arc: Floats, margin: float) -> tuple[Ints, Ints]:
     """Range of the border's pieces beside each piece of the path: within reach by station, and by length of border."""
     reach = margin + 1.0
     low = np.searchsorted(s, part.start - _DRIFT) - 1
@@ -317,40 +284,3 @@ def _from_line(x: Floats, y: Floats, along_x: Floats, along_y: Floats, square: F
     share = np.minimum(np.maximum((x * along_x + y * along_y) / square, 0.0), 1.0)
     x, y = x - share * along_x, y - share * along_y
     return x * x + y * y
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    return a[0] * b[0] + a[1] * b[1]
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    return a[0] * b[1] - a[1] * b[0]
-
-
-def _curvature(path: PiecewiseCubic, pieces: _Pieces, most: float) -> tuple[bool, float, Floats]:
-    """Whether the bound is kept, a bound on the curvature, and the places that were not proven."""
-    worst, where = 0.0, [_NONE]
-    while len(pieces.start):
-        length = pieces.end - pieces.start
-        piece = _piece_of(path, 0.5 * (pieces.start + pieces.end))
-        a, b, c, _ = path.coefficients[:, :, piece]
-        bounds = []
-        for s in (pieces.start, 0.5 * (pieces.start + pieces.end), pieces.end):
-            th = s - path.breaks[piece]
-            bounds.append(((3.0 * a * th + 2.0 * b) * th + c, 6.0 * a * th + 2.0 * b))
-        (begin, _), (first, _), (end, _) = bounds
-        # Bernstein coefficients of o' and of N, both quadratic
-        middle = 2.0 * first - 0.5 * (begin + end)
-        turn = [_cross(p, q) for p, q in bounds]
-        turn[1] = 2.0 * turn[1] - 0.5 * (turn[0] + turn[2])
-        along = first / np.maximum(np.sqrt(_dot(first, first)), 1e-12)
-        slowest = np.minimum(np.minimum(_dot(begin, along), _dot(end, along)), _dot(middle, along))
-        bound = np.max(np.abs(turn), axis=0) / np.maximum(slowest, 1e-9) ** 3
-        loose = ~((bound <= most) & (slowest > 0.0))
-        done = loose & (length < 0.02)
-        where.append(pieces.start[done])
-        worst = max(worst, float(np.max(bound[~loose | done], initial=0.0)))
-        rest = loose & ~done
-        pieces = _halves(_Pieces(pieces.start[rest], pieces.end[rest]))
-    stations = np.concatenate(where)
-    return len(stations) == 0, worst, np.sort(stations)

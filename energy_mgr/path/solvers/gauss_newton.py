@@ -114,7 +114,7 @@ class _Run:
                 accuracy = _FINEST_QP
                 made = self._step(x, model, scale, accuracy, first=count == 1)
             optimality, last = _left_over(abs(made.promise), last), abs(made.promise)
-            length = self._line_search(x, made, model.cost, scale) if inside else 1.0
+            length = self._line_search(x, made, scale) if inside else 1.0
             reached = optimality < tolerance and accuracy <= 0.2 * tolerance
             final = made, model.hessian, scale
             if inside and length == 0.0 and accuracy > _FINEST_QP:
@@ -200,7 +200,7 @@ class _Run:
     def _merit(self, x: Floats, scale: float) -> float:
         return self.problem.cost(x) * scale + (self.price * self.problem.too_tight(x) if self.bends else 0.0)
 
-    def _line_search(self, x: Floats, made: _Step, cost: float, scale: float) -> float:
+    def _line_search(self, x: Floats, made: _Step, scale: float) -> float:
         """A step length that lowers the merit by a fair share of the promise; 0 if none does.
 
         Where the model overrates the curvature of the cost, full steps are too short; then go on along the step, as far as a parabola through what is
