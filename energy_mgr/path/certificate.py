@@ -2,8 +2,8 @@
 
 The path is cut into pieces; a piece of a cubic lies within `h^2 / 8 max |o''|` of its chord, and `o''` is linear, so that this bound is exact
 arithmetic. A border is a chain of chords with a proven sag (`roads.border_line`). Two chords whose distance exceeds the required one by both sags
-prove it for what they stand for; what is not proven is halved. A path that starts between the borders, touches neither and follows the road station by
-station stays between them. Only the stretch of border beside a piece counts: a road may cross or approach itself.
+prove it for what they stand for; what is not proven is halved. A path that starts between the borders, touches neither and follows the
+road station by station stays between them. Only the stretch of border beside a piece counts: a road may cross or approach itself.
 """
 
 from __future__ import annotations

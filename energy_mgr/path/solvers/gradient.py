@@ -1,8 +1,8 @@
 """The source's solver of P1, the projected nonlinear gradient (3.12) to (3.16), with its projection corrected.
 
 The gradient is projected on the null space of the equalities, `-(g - Q1 Q1'g)` with the thin QR of A', once per problem (the source prints a
-Moore-Penrose product that is no projection), then on that of the active inequalities which it would break, one by one (Gram-Schmidt). A parabola along the
-direction gives the step, which is cut where the next inequality is met. Dense and slow; kept as the published baseline.
+Moore-Penrose product that is no projection), then on that of the active inequalities which it would break, one by one (Gram-Schmidt). A
+parabola along the direction gives the step, which is cut where the next inequality is met. Dense and slow; kept as the published baseline.
 """
 
 from __future__ import annotations
