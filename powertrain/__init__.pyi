@@ -1,33 +1,59 @@
 from .balance import COMPONENTS as COMPONENTS
 from .balance import Ledger as Ledger
 from .balance import drive_energy as drive_energy
+from .cycle import CycleLedger as CycleLedger
+from .cycle import drive_cycle as drive_cycle
 from .errors import VehicleError as VehicleError
 from .motor import MotorLosses as MotorLosses
 from .motor import force_limits as force_limits
 from .motor import motor_losses as motor_losses
+from .motor import torque_limits as torque_limits
+from .motor_map import MapFit as MapFit
+from .motor_map import MotorMap as MotorMap
+from .motor_map import read_map as read_map
+from .plant import Plant as Plant
+from .plant import PlantLedger as PlantLedger
 from .resistance import driving_resistance as driving_resistance
-from .vehicle import Chassis as Chassis
-from .vehicle import Drive as Drive
-from .vehicle import Limits as Limits
-from .vehicle import Resistance as Resistance
+from .sections import Battery as Battery
+from .sections import Body as Body
+from .sections import Brakes as Brakes
+from .sections import Chassis as Chassis
+from .sections import Drive as Drive
+from .sections import Electrics as Electrics
+from .sections import Limits as Limits
+from .sections import Resistance as Resistance
+from .sections import Steering as Steering
 from .vehicle import Vehicle as Vehicle
 from .vehicle import load_vehicle as load_vehicle
 from .vehicle import shipped as shipped
 
 __all__ = [
     "COMPONENTS",
+    "Battery",
+    "Body",
+    "Brakes",
     "Chassis",
+    "CycleLedger",
     "Drive",
+    "Electrics",
     "Ledger",
     "Limits",
+    "MapFit",
     "MotorLosses",
+    "MotorMap",
+    "Plant",
+    "PlantLedger",
     "Resistance",
+    "Steering",
     "Vehicle",
     "VehicleError",
+    "drive_cycle",
     "drive_energy",
     "driving_resistance",
     "force_limits",
     "load_vehicle",
     "motor_losses",
+    "read_map",
     "shipped",
+    "torque_limits",
 ]

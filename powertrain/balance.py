@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-#: Where energy goes: three resistances, four losses, and the change of kinetic energy.
-COMPONENTS = ("rolling", "drag", "slope", "copper", "iron", "inverter", "friction", "kinetic")
+#: Where energy goes: three resistances, five losses, and the change of kinetic energy.
+COMPONENTS = ("rolling", "drag", "slope", "copper", "iron", "inverter", "friction", "gear", "kinetic")
 
 
 class Interval(NamedTuple):

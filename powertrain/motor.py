@@ -1,7 +1,8 @@
 """Traction drive M1: permanent-magnet motors with inverters, quasi-stationary in the dq frame.
 
-Torque follows from the torque-forming current, `tau = 1.5 z_p psi_PM I_q`; only that current is commanded (no field weakening). Losses are the
-integrand of (3.39), split by where they arise.
+Torque follows from the torque-forming current, `tau = 1.5 z_p psi_PM I_q`. Losses are the integrand of (3.39), split by where they arise. Where a
+car gives inductance, voltage and current limit, a field-weakening current -I_d keeps the voltage above base speed and adds its copper loss; the
+voltage across the winding resistance is neglected in that limit. Plain functions of NumPy operations: numbers, arrays and CasADi symbols all pass.
 """
 
 from __future__ import annotations
@@ -10,16 +11,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .errors import VehicleError
+from .sections import Drive, Weakening
 from .vehicle import Vehicle
 
 
 class MotorLosses(NamedTuple):
-    """Losses of one motor with its inverter in W."""
+    """Losses of one motor with its inverter and gear in W."""
 
     copper: Any
     iron: Any
     inverter: Any
     friction: Any
+    gear: Any
 
 
 def copper_factor(vehicle: Vehicle) -> float:
@@ -34,22 +38,113 @@ def inverter_factor(vehicle: Vehicle) -> float:
     return 2.0 * p.inverter_per_current_wpa / (3.0 * p.pole_pairs * p.magnet_flux_wb)
 
 
-def motor_losses(vehicle: Vehicle, torque: Any, speed: Any) -> MotorLosses:
+def gear_factor(vehicle: Vehicle) -> float:
+    """Gear loss over the power that passes, without unit."""
+    return 1.0 - vehicle.drive.gear_efficiency
+
+
+def torque_constant(drive: Drive) -> float:
+    """Torque per torque-forming current (amplitude), Nm/A."""
+    return 1.5 * drive.pole_pairs * drive.magnet_flux_wb
+
+
+def motor_losses(vehicle: Vehicle, torque: Any, speed: Any, temperature: Any = None) -> MotorLosses:
     """Losses of one motor (3.39).
 
     Args:
         vehicle: the car.
         torque: shaft torque, Nm, negative when generating.
         speed: shaft speed, rad/s.
+        temperature: of the winding, K; None for the warm resistance. Needs `drive.thermal`.
+
+    Raises:
+        VehicleError: a temperature for a car without `drive.thermal`.
     """
     p = vehicle.drive
     turning = abs(speed)
+    copper = copper_factor(vehicle) * torque**2
+    if p.weakening is not None:
+        copper = copper + 1.5 * p.phase_resistance_ohm * weakening_current(p, torque, speed) ** 2
+    if temperature is not None:
+        copper = copper * resistance_rise(vehicle, temperature)
     return MotorLosses(
-        copper=copper_factor(vehicle) * torque**2,
+        copper=copper,
         iron=p.hysteresis_nm * turning + p.eddy_nms * speed**2,
         inverter=p.inverter_constant_w + inverter_factor(vehicle) * abs(torque),
         friction=p.friction_nm * turning,
+        gear=gear_factor(vehicle) * abs(torque * speed),
     )
+
+
+def resistance_rise(vehicle: Vehicle, temperature: Any) -> Any:
+    """Winding resistance at `temperature` (K) over the one that the car gives.
+
+    Raises:
+        VehicleError: the car has no `drive.thermal`.
+    """
+    node = vehicle.drive.thermal
+    if node is None:
+        raise VehicleError(f"{vehicle.name}: a winding temperature needs the section [drive.thermal], which the description has not")
+    return 1.0 + node.copper_per_k * (temperature - node.reference_k)
+
+
+def weakening_current(drive: Drive, torque: Any, speed: Any) -> Any:
+    """The flux-forming current I_d <= 0 in A that keeps the voltage limit at `torque` (Nm) and `speed` (rad/s); zero below base speed.
+
+    Least |I_d| with (L I_q)^2 + (psi + L I_d)^2 <= (u / omega_e)^2, u the linear modulation's amplitude, DC voltage over sqrt(3).
+
+    Raises:
+        VehicleError: the drive has no `weakening`.
+    """
+    p = _weakening(drive)
+    i_q = torque / torque_constant(drive)
+    flux = p.dc_voltage_v / np.sqrt(3.0) / (drive.pole_pairs * np.fmax(abs(speed), 1e-6))
+    room = np.sqrt(np.fmax(flux**2 - (p.inductance_h * i_q) ** 2, 0.0))
+    return np.fmin(room - drive.magnet_flux_wb, 0.0) / p.inductance_h
+
+
+def voltage_limited_torque(drive: Drive, speed: Any) -> Any:
+    """The largest torque in Nm at `speed` (rad/s) that voltage and current allow: constant, then field weakening, then most torque per voltage.
+
+    Raises:
+        VehicleError: the drive has no `weakening`.
+    """
+    p = _weakening(drive)
+    short = drive.magnet_flux_wb / p.inductance_h  # the short-circuit current: centre of the voltage circle
+    circle = p.dc_voltage_v / np.sqrt(3.0) / (drive.pole_pairs * np.fmax(abs(speed), 1e-6) * p.inductance_h)
+    meeting = (circle**2 - p.current_max_a**2 - short**2) / (2.0 * short)
+    i_d = np.fmax(np.fmin(meeting, 0.0), -short)
+    i_q = np.sqrt(np.fmax(np.fmin(p.current_max_a**2 - i_d**2, circle**2 - (i_d + short) ** 2), 0.0))
+    return torque_constant(drive) * i_q
+
+
+def unreachable(drive: Drive, speed_max: float) -> str | None:
+    """Where the torque and power limits ask for more than voltage and current give, in words; None if nowhere up to `speed_max` (rad/s)."""
+    speeds = np.linspace(0.0, speed_max, 501)[1:]
+    for torque, power, key in (
+        (drive.torque_max_nm, drive.power_max_w, "torque_max_nm and power_max_w"),
+        (drive.regen_torque_max_nm, drive.regen_power_max_w, "regen_torque_max_nm and regen_power_max_w"),
+    ):
+        asked, given = np.minimum(torque, power / speeds), voltage_limited_torque(drive, speeds)
+        worst = int(np.argmax(asked - given))
+        if asked[worst] > given[worst] * (1.0 + 1e-3) + 1e-9:
+            return (
+                f"drive.{key} ask for {asked[worst]:.1f} Nm at {speeds[worst]:.0f} rad/s, expected at most the {given[worst]:.1f} Nm that "
+                f"drive.weakening allows"
+            )
+    return None
+
+
+def _weakening(drive: Drive) -> Weakening:
+    if drive.weakening is None:
+        raise VehicleError("the voltage limit needs the section [drive.weakening], which the description has not")
+    return drive.weakening
+
+
+def torque_limits(drive: Drive, speed: Any) -> tuple[Any, Any]:
+    """Largest driving and recuperating torque of one motor in Nm (both positive) at `speed` (rad/s)."""
+    turning = np.fmax(abs(speed), 1e-9)
+    return np.fmin(drive.torque_max_nm, drive.power_max_w / turning), np.fmin(drive.regen_torque_max_nm, drive.regen_power_max_w / turning)
 
 
 def force_limits(vehicle: Vehicle, v: Any) -> tuple[Any, Any]:
@@ -59,7 +154,5 @@ def force_limits(vehicle: Vehicle, v: Any) -> tuple[Any, Any]:
     if isinstance(v, float):  # the same on plain numbers, ten times faster than through arrays
         turning = max(v, 1e-9) * vehicle.motor_ratio
         return gain * min(p.torque_max_nm, p.power_max_w / turning), gain * min(p.regen_torque_max_nm, p.regen_power_max_w / turning)
-    speed = np.maximum(np.asarray(v, dtype=np.float64), 1e-9) * vehicle.motor_ratio
-    drive = np.minimum(p.torque_max_nm, p.power_max_w / speed)
-    regen = np.minimum(p.regen_torque_max_nm, p.regen_power_max_w / speed)
+    drive, regen = torque_limits(p, np.maximum(np.asarray(v, dtype=np.float64), 0.0) * vehicle.motor_ratio)
     return gain * drive, gain * regen

@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import msgspec
 
 from .errors import VehicleError
+from .sections import Battery, Body, Brakes, Chassis, Drive, Electrics, Limits, Resistance, Section, Steering, Thermal, TyreFile, Weakening
+from .tyre.linear import LinearTyre
+from .tyre.magic import MagicTyre
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -19,87 +22,91 @@ SHELF = Path(__file__).parent / "vehicles"
 #: m/s^2
 GRAVITY = 9.81
 
-Positive = Annotated[float, msgspec.Meta(gt=0.0, lt=1e9)]
-NotNegative = Annotated[float, msgspec.Meta(ge=0.0, lt=1e9)]
-Count = Annotated[int, msgspec.Meta(ge=1, le=8)]
+_T = TypeVar("_T")
 
 
-class _Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A TOML table; every key is required unless it has a default here."""
+class Vehicle(Section, frozen=True, kw_only=True):
+    """A car. All values SI, units in the names; see `powertrain/vehicles/romo.toml` for a described example.
 
-
-class Chassis(_Section, frozen=True, kw_only=True):
-    """Body and wheels."""
-
-    mass_kg: Positive
-    width_m: Positive
-    wheel_radius_m: Positive
-    wheel_inertia_kgm2: NotNegative
-    wheel_count: Count = 4
-
-
-class Resistance(_Section, frozen=True, kw_only=True):
-    """Driving resistances (M6): drag area and the rolling resistance polynomial.
-
-    `rolling_0 + rolling_1 (v / 100 km/h) + rolling_4 (v / 100 km/h)^4` is the rolling resistance coefficient.
+    The first four sections are enough to plan. The others are needed by what models them; `need` fetches one or says that it is missing.
     """
-
-    drag_coefficient: NotNegative
-    frontal_area_m2: NotNegative
-    air_density_kgpm3: NotNegative
-    rolling_0: NotNegative
-    rolling_1: NotNegative = 0.0
-    rolling_4: NotNegative = 0.0
-
-
-class Drive(_Section, frozen=True, kw_only=True):
-    """Equal permanent-magnet motors with their inverters (M1); losses as in (3.39). Values per motor."""
-
-    motor_count: Count
-    gear_ratio: Positive = 1.0
-    torque_max_nm: Positive
-    regen_torque_max_nm: NotNegative
-    power_max_w: Positive
-    regen_power_max_w: NotNegative
-    inverter_constant_w: NotNegative
-    inverter_per_current_wpa: NotNegative
-    phase_resistance_ohm: Annotated[float, msgspec.Meta(ge=1e-4, lt=1e3)]
-    pole_pairs: Annotated[int, msgspec.Meta(ge=1, le=200)]
-    magnet_flux_wb: Positive
-    hysteresis_nm: NotNegative
-    eddy_nms: NotNegative
-    friction_nm: NotNegative
-
-
-class Limits(_Section, frozen=True, kw_only=True):
-    """What the car or its passengers allow."""
-
-    speed_max_mps: Positive
-    acceleration_max_mps2: Positive
-    deceleration_max_mps2: Positive
-    lateral_acceleration_max_mps2: Positive
-    turning_radius_min_m: Positive | None = None
-
-
-class Vehicle(_Section, frozen=True, kw_only=True):
-    """A car. All values SI, units in the names; see `powertrain/vehicles/romo.toml` for a described example."""
 
     name: Annotated[str, msgspec.Meta(min_length=1)]
     chassis: Chassis
     resistance: Resistance
     drive: Drive
     limits: Limits
+    body: Body | None = None
+    steering: Steering | None = None
+    brakes: Brakes | None = None
+    electrics: Electrics | None = None
+    battery: Battery | None = None
+    tyre: LinearTyre | MagicTyre | TyreFile | None = None
+    rear_tyre: LinearTyre | MagicTyre | TyreFile | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a torque and power envelope that voltage and current cannot reach.
+
+        Raises:
+            ValueError: with the speed and the torques.
+        """
+        if self.drive.weakening is not None:
+            from .motor import unreachable
+
+            if words := unreachable(self.drive, self.limits.speed_max_mps * self.motor_ratio):
+                raise ValueError(words)
 
     @property
     def effective_mass(self) -> float:
-        """Mass plus what the wheels' spin adds to it, kg."""
-        chassis = self.chassis
-        return chassis.mass_kg + chassis.wheel_count * chassis.wheel_inertia_kgm2 / chassis.wheel_radius_m**2
+        """Mass plus what the spin of wheels and rotors adds to it, kg."""
+        chassis, drive = self.chassis, self.drive
+        wheels = chassis.wheel_count * chassis.wheel_inertia_kgm2 / chassis.wheel_radius_m**2
+        return chassis.mass_kg + wheels + drive.motor_count * drive.rotor_inertia_kgm2 * self.motor_ratio**2
 
     @property
     def motor_ratio(self) -> float:
         """Motor speed over vehicle speed, rad/m; also driving force over one motor's torque, N/Nm."""
         return self.drive.gear_ratio / self.chassis.wheel_radius_m
+
+    def tyres(self) -> tuple[Any, Any]:
+        """The tyre models of a front and a rear wheel.
+
+        Raises:
+            VehicleError: the description has none, or its tyre file cannot be used.
+        """
+        front = self.need("tyre", object)
+        rear = front if self.rear_tyre is None else self.rear_tyre
+        return _tyre_model(front), _tyre_model(rear)
+
+    def need(self, section: str, kind: type[_T]) -> _T:
+        """The optional section of that name.
+
+        Raises:
+            VehicleError: this car's description lacks it.
+        """
+        found = getattr(self, section)
+        if found is None:
+            raise VehicleError(f"{self.name}: the description has no section [{section}], which is needed for this")
+        return cast("_T", found)
+
+
+#: Where each section of a file is described, for messages.
+_SECTIONS: dict[str, type[Section]] = {
+    "": Vehicle,
+    "chassis": Chassis,
+    "resistance": Resistance,
+    "drive": Drive,
+    "drive.weakening": Weakening,
+    "drive.thermal": Thermal,
+    "limits": Limits,
+    "body": Body,
+    "steering": Steering,
+    "brakes": Brakes,
+    "electrics": Electrics,
+    "battery": Battery,
+    "tyre": TyreFile,
+    "rear_tyre": TyreFile,
+}
 
 
 def shipped() -> list[str]:
@@ -127,9 +134,36 @@ def load_vehicle(name_or_path: str | PathLike[str]) -> Vehicle:
     except OSError as error:
         raise VehicleError(f"{path}: cannot be read: {error.strerror}") from None
     try:
-        return msgspec.convert(table, Vehicle)
+        return _with_files(msgspec.convert(table, Vehicle), path.parent)
     except msgspec.ValidationError as error:
         raise VehicleError(f"{path}: {_explain(str(error), table)}") from None
+
+
+def _with_files(vehicle: Vehicle, folder: Path) -> Vehicle:
+    """`vehicle` with the loss map and the tyre files that its description names beside itself.
+
+    Raises:
+        VehicleError: a loss map that cannot be used.
+    """
+    changes: dict[str, Any] = {}
+    if vehicle.drive.map is not None:
+        from .motor_map import read_map
+
+        file = str(folder / vehicle.drive.map)
+        changes["drive"] = msgspec.structs.replace(read_map(file).drive(vehicle.drive), map=file)
+    for name in ("tyre", "rear_tyre"):
+        tyre = getattr(vehicle, name)
+        if isinstance(tyre, TyreFile) and (folder / tyre.file).is_file():
+            changes[name] = msgspec.structs.replace(tyre, file=str(folder / tyre.file))
+    return msgspec.structs.replace(vehicle, **changes)
+
+
+def _tyre_model(tyre: Any) -> Any:
+    if isinstance(tyre, TyreFile):
+        from .tyre.tir import read_tir
+
+        return read_tir(tyre.file)
+    return tyre
 
 
 def _explain(message: str, table: dict[str, Any]) -> str:
@@ -142,9 +176,9 @@ def _explain(message: str, table: dict[str, Any]) -> str:
         if "unknown" not in text:
             return f"key {dotted} is missing"
         section = key or "a vehicle"
-        fields = {"chassis": Chassis, "resistance": Resistance, "drive": Drive, "limits": Limits}.get(key, Vehicle)
-        return f"unknown key {dotted}, expected in {section} only {', '.join(fields.__struct_fields__)}"
+        return f"unknown key {dotted}, expected in {section} only {', '.join(_SECTIONS.get(key, Vehicle).__struct_fields__)}"
     value: Any = table
     for word in filter(None, key.split(".")):
         value = value.get(word) if isinstance(value, dict) else value
-    return f"{key} is {value!r}, {text[0].lower()}{text[1:]}".replace("`", "")
+    found = f"{key}: " if isinstance(value, dict) else f"{key} is {value!r}, "
+    return f"{found if key else ''}{text[0].lower()}{text[1:]}".replace("`", "")

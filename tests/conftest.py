@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import powertrain.symbolic  # noqa: F401  tells CasADi how NumPy functions treat its symbols
 from powertrain import Vehicle, load_vehicle
 
 #: Real roads to try the code on; not part of the project. ENERGY_MGR_DATA names the folder, else it is looked for beside the checkout.

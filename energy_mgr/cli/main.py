@@ -7,8 +7,10 @@ import sys
 
 import click
 
+from .battery import battery_group
 from .plan import plan_command
 from .roads import roads_group
+from .vehicle import vehicle_group
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -19,6 +21,8 @@ def cli() -> None:
 
 cli.add_command(plan_command)
 cli.add_command(roads_group)
+cli.add_command(vehicle_group)
+cli.add_command(battery_group)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .complaints import complaints
 from .road_options import Place, chosen, road_options
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def check_command(context: click.Context, file: str, **options: Any) -> None:
     from roads.check import check
     from roads.gallery.shelf import find
 
-    with _complaints():
+    with complaints():
         findings = check(find(file), **chosen(options))
     for finding in findings:
         click.echo(str(finding))
@@ -65,7 +66,7 @@ def convert_command(
 ) -> None:
     """Write the road of FILE as OUT: OpenDRIVE (.xodr), track CSV (.csv) or GeoJSON (.geojson)."""
     made = _one_road(file, chosen(options))
-    with _complaints():
+    with complaints():
         import roads
         from roads.formats.registry import not_kept
         from roads.gallery.shelf import find
@@ -99,7 +100,7 @@ def convert_command(
 def show_command(file: str, out: Path, **options: Any) -> None:
     """Draw FILE: edges, lanes, height, curvature, speed limits; of a network the map of its lanes."""
     made = _open(file, chosen(options))
-    with _complaints():
+    with complaints():
         from ..report import save_road_figure
 
         save_road_figure(made, out)
@@ -120,7 +121,7 @@ def route_command(file: str, vehicle: str, out: Path | None, start: Place | None
 
     if start is None or goal is None:
         raise click.UsageError("give both --from and --to: a position 'x,y' in m, or the id of a road or lane")
-    with _complaints():
+    with complaints():
         cost = chosen({**options, "start": start, "goal": goal}, vehicle)["cost"]
         network = roads.read_network(find(file))
         steps, made = network.steps(start, goal, cost=cost), network.route(start, goal, cost=cost)
@@ -143,7 +144,7 @@ def _open(file: str, options: dict[str, Any]) -> Any:
     from roads.formats.registry import NETWORKS
     from roads.gallery.shelf import find
 
-    with _complaints():
+    with complaints():
         path = find(file)
         if path.suffix.lower() in NETWORKS and all(options[key] is None for key in ("road", "start", "goal")):
             network = roads.read_network(path)
@@ -156,22 +157,5 @@ def _one_road(file: str, options: dict[str, Any]) -> Road:
     import roads
     from roads.gallery.shelf import find
 
-    with _complaints():
+    with complaints():
         return roads.read(find(file), **options)
-
-
-class _complaints:  # noqa: N801  (used like a function)
-    """Errors of the library become one line on standard error."""
-
-    def __enter__(self) -> None:
-        """Nothing to prepare."""
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
-        """Raise what a person should read."""
-        from powertrain import VehicleError
-        from roads import RoadError
-
-        from ..errors import PlanningError
-
-        if isinstance(error, RoadError | VehicleError | PlanningError):
-            raise click.ClickException(str(error)) from None

@@ -5,5 +5,17 @@ from .road_table import road_table as road_table
 from .road_table import route_table as route_table
 from .road_table import save_road_figure as save_road_figure
 from .table import comparison_table as comparison_table
+from .vehicle_table import save_vehicle_figure as save_vehicle_figure
+from .vehicle_table import vehicle_table as vehicle_table
 
-__all__ = ["comparison_table", "draw_plan", "network_table", "road_table", "route_table", "save_plan", "save_road_figure"]
+__all__ = [
+    "comparison_table",
+    "draw_plan",
+    "network_table",
+    "road_table",
+    "route_table",
+    "save_plan",
+    "save_road_figure",
+    "save_vehicle_figure",
+    "vehicle_table",
+]

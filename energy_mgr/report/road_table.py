@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roads import Road
 
-from ..errors import PlanningError
+from .picture import save_picture
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from roads import Network
     from roads.routing import Step
 
 KMH = 3.6
 #: A table shows so many roads.
 MOST_ROWS = 25
-PICTURES = (".png", ".svg", ".pdf")
 
 
 def road_table(road: Road) -> str:
@@ -104,16 +103,4 @@ def save_road_figure(made: Road | Network, out: Path) -> None:
     """
     from .road_figure import draw_network, draw_road
 
-    if out.suffix.lower() not in PICTURES:
-        raise PlanningError(f"{out}: unknown kind of picture {out.suffix!r}, expected one of {', '.join(PICTURES)}")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=out.parent, prefix=".figure-") as folder:
-            staged = Path(folder) / f"road{out.suffix.lower()}"
-            if isinstance(made, Road):
-                draw_road(made, staged)
-            else:
-                draw_network(made, staged)
-            staged.replace(out)
-    except OSError as error:
-        raise PlanningError(f"{out}: cannot be written: {error.strerror}") from None
+    save_picture(lambda path: draw_road(made, path) if isinstance(made, Road) else draw_network(made, path), out)

@@ -27,7 +27,7 @@ import numpy as np
 
 from powertrain import drive_energy, driving_resistance, force_limits
 from powertrain.balance import balance
-from powertrain.motor import copper_factor, inverter_factor
+from powertrain.motor import copper_factor, gear_factor, inverter_factor
 from powertrain.resistance import drag_force, rolling_force, slope_force
 
 from ..errors import InfeasibleError, SolverError
@@ -317,7 +317,7 @@ class _Eco:
         q[self.y] = b / (count * ratio**2) * self.f_scale**2 / self.v_scale
         price = count * max(vehicle.drive.inverter_constant_w - b * self._split() ** 2, 0.0)
         q[self.t] = (price + self._product() * np.abs(self._force_about())) * self.t_scale / ds
-        q[self.z] = self._product() * self.f_scale * 2.0 / (self.v[:-1] + self.v[1:])
+        q[self.z] = (self._product() * 2.0 / (self.v[:-1] + self.v[1:]) + gear_factor(vehicle)) * self.f_scale
         return q / self.f_scale
 
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
-import casadi as ca
 import msgspec
 import numpy as np
 
 from powertrain import driving_resistance
 from powertrain.balance import balance
-from powertrain.motor import inverter_factor
+from powertrain.motor import gear_factor, inverter_factor
+from powertrain.symbolic import ca
 
 from ..errors import SolverError
 from .forward_backward import scaled_profile
@@ -40,11 +40,11 @@ def nlp_profile(limits: SpeedLimits, journey_time: float, *, tolerance: float = 
     started = time.perf_counter()
     vehicle, ds, n = limits.vehicle, limits.ds, len(limits.s)
     v, pull, push = ca.SX.sym("v", n), ca.SX.sym("pull", n - 1), ca.SX.sym("push", n - 1)
-    smooth = msgspec.structs.replace(vehicle, drive=msgspec.structs.replace(vehicle.drive, inverter_per_current_wpa=0.0))
+    smooth = msgspec.structs.replace(vehicle, drive=msgspec.structs.replace(vehicle.drive, inverter_per_current_wpa=0.0, gear_efficiency=1.0))
     found = balance(smooth, ds, v[:-1], v[1:], ca.DM(np.diff(limits.z)))
     force_scale, energy_scale = 1e3, 1e4
     per_force = inverter_factor(vehicle) / vehicle.motor_ratio
-    energy = ca.sum1(sum(found.energies.values())) + per_force * ca.sum1((pull + push) * force_scale * found.time)
+    energy = ca.sum1(sum(found.energies.values())) + ca.sum1((pull + push) * force_scale * (per_force * found.time + gear_factor(vehicle) * ds))
     gain = (v[1:] ** 2 - v[:-1] ** 2) / (2 * ds)
     rows: list[tuple[Any, float, float]] = [
         (found.force / force_scale - pull + push, 0.0, 0.0),

@@ -39,7 +39,7 @@ def test_bad_descriptions_are_refused_with_file_and_key(tmp_path: Path, old: str
 
 
 def test_names_and_files_that_do_not_exist_are_refused(tmp_path: Path):
-    with pytest.raises(VehicleError, match="expected a TOML file or one of romo"):
+    with pytest.raises(VehicleError, match="expected a TOML file or one of compact, dual_motor, romo, van"):
         load_vehicle("beetle")
     with pytest.raises(VehicleError, match="no such file"):
         load_vehicle(tmp_path / "beetle.toml")

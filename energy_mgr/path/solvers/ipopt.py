@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import casadi as ca
 import numpy as np
+
+from powertrain.symbolic import ca
 
 from ...errors import SolverError
 from ..spline import PER_KNOT
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 
-def build(problem: CurvatureProblem, *, tolerance: float = 1e-9) -> ca.Function:
+def build(problem: CurvatureProblem, *, tolerance: float = 1e-9) -> Any:
     """The solver for `problem`; building it takes longer than running it."""
     variables = ca.SX.sym("x", problem.spline.size)
     linear = ca.mtimes(ca.vertcat(ca.DM(problem.equalities[0]), ca.DM(problem.rows.matrix)), variables)
@@ -36,7 +37,7 @@ def build(problem: CurvatureProblem, *, tolerance: float = 1e-9) -> ca.Function:
 def solve(
     problem: CurvatureProblem,
     x: Floats,
-    solver: ca.Function | None = None,
+    solver: Any = None,
     *,
     tolerance: float = 1e-9,
     report: Callable[[str], None] | None = None,

@@ -1,0 +1,121 @@
+"""One wheel on the road: the motion of its contact patch, tyre relaxation through standstill, forces.
+
+Each patch has a longitudinal and a lateral deflection u, w:
+
+    u' = V_x - (|v| + leak) u / sigma_x,    kappa = u / sigma_x        V_x = omega R - v_along
+    w' = V_y - (|v| + leak) w / sigma_y,    tan(alpha) = w / sigma_y   V_y = -v_across
+
+At speed that is the first-order relaxation of slip; at rest it is a spring, so a car stands on its tyres without creep and without a singular slip.
+Near rest a damping adds to the slip; far beyond any useful slip the leak keeps the deflection finite.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+#: Damping of the standing tyre, s: slip added per sliding speed over relaxation length. Near a tenth of the car's period on its tyres.
+_DAMPING = 0.01
+#: It fades out beyond this speed, m/s.
+_STANDING = 1.0
+#: Slip at which the leak of the deflections sets in.
+_SLIP_LIMIT = 3.0
+#: Rolling resistance changes its sign within about this speed, m/s.
+_ROLLING_STEP = 0.05
+
+
+class Wheel(NamedTuple):
+    """One wheel's motion and forces."""
+
+    #: N
+    load: Any
+    #: force of the road in the wheel's frame, N
+    longitudinal: Any
+    side: Any
+    #: aligning moment, Nm
+    aligning: Any
+    #: the same in the body's frame, N
+    body_x: Any
+    body_y: Any
+    #: rate of the deflections, m/s
+    u_rate: Any
+    w_rate: Any
+    #: power lost in sliding, W, and power that the deflection takes up, W
+    slip_loss: Any
+    carcass: Any
+    #: rolling resistance torque, Nm
+    rolling: Any
+    #: longitudinal slip and side slip angle (rad) that the tyre sees
+    kappa: Any
+    alpha: Any
+
+
+class Patch(NamedTuple):
+    """What a contact patch is moved by."""
+
+    #: velocity of the patch in the body's frame, m/s
+    v_x: Any
+    v_y: Any
+    #: steering angle, rad; None for a wheel that is not steered
+    delta: Any
+    #: spin, rad/s
+    omega: Any
+    #: deflections, m
+    u: Any
+    w: Any
+    #: N
+    load: Any
+
+
+def saturated(x: Any) -> Any:
+    """A smooth step from -1 to 1 with slope 1 at zero; a third of the cost of tanh."""
+    return x / np.sqrt(1.0 + x * x)
+
+
+def wheel_on_road(tyre: Any, radius: float, patch: Patch, friction: Any, rolling_coefficient: Any) -> Wheel:
+    """Forces and rates of one wheel.
+
+    Args:
+        tyre: a tyre model of `powertrain.tyre`.
+        radius: of the wheel, m.
+        patch: motion, deflections and load.
+        friction: scales the tyre.
+        rolling_coefficient: rolling resistance over load.
+    """
+    along, across, turn = _wheel_frame(patch)
+    sliding = patch.omega * radius - along
+    sigma_x, sigma_y = tyre.relaxation(patch.load)
+    per_x, per_y = 1.0 / sigma_x, 1.0 / sigma_y
+    slip, tan = patch.u * per_x, patch.w * per_y
+    damping = _DAMPING / (1.0 + (along * (1.0 / _STANDING)) ** 2)
+    kappa, alpha = slip + damping * sliding * per_x, np.arctan(tan - damping * across * per_y)
+    forces = tyre.forces(kappa, alpha, patch.load, friction=friction)
+    f_x, f_y = forces.longitudinal, forces.lateral
+    far = 1.0 / _SLIP_LIMIT**2
+    u_rate = sliding - (np.fabs(along) + far * np.fabs(sliding) * slip**2) * slip
+    w_rate = -across - (np.fabs(along) + far * np.fabs(across) * tan**2) * tan
+    carcass = f_x * u_rate + f_y * w_rate
+    return Wheel(
+        load=patch.load,
+        longitudinal=f_x,
+        side=f_y,
+        aligning=forces.aligning,
+        body_x=f_x if turn is None else turn[0] * f_x - turn[1] * f_y,
+        body_y=f_y if turn is None else turn[1] * f_x + turn[0] * f_y,
+        u_rate=u_rate,
+        w_rate=w_rate,
+        slip_loss=f_x * sliding - f_y * across - carcass,
+        carcass=carcass,
+        rolling=rolling_coefficient * patch.load * radius * saturated(patch.omega * (radius / _ROLLING_STEP)),
+        kappa=kappa,
+        alpha=alpha,
+    )
+
+
+def _wheel_frame(patch: Patch) -> tuple[Any, Any, tuple[Any, Any] | None]:
+    """Velocity of the patch along and across the wheel, and cosine and sine of its steering angle."""
+    if patch.delta is None:
+        return patch.v_x, patch.v_y, None
+    cos, sin = np.cos(patch.delta), np.sin(patch.delta)
+    return patch.v_x * cos + patch.v_y * sin, patch.v_y * cos - patch.v_x * sin, (cos, sin)

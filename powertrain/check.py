@@ -1,0 +1,133 @@
+"""Whether a car's description makes sense: findings that ranges alone do not see."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from .errors import VehicleError
+from .motor import motor_losses, torque_limits
+from .performance import acceleration_time, steepest_slope, top_speed, understeer_gradient
+from .vehicle import GRAVITY, Vehicle, load_vehicle
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+
+class Finding(NamedTuple):
+    """Something to know about a description: `error` cannot be used, `warning` is implausible, `note` is missing but not needed for all."""
+
+    severity: Literal["error", "warning", "note"]
+    place: str
+    words: str
+
+    def __str__(self) -> str:
+        return f"{self.severity:8s}{self.place}: {self.words}"
+
+
+def check(name_or_path: str | PathLike[str]) -> list[Finding]:
+    """All findings about a shipped car or a TOML file, errors first."""
+    try:
+        vehicle = load_vehicle(name_or_path)
+    except VehicleError as error:
+        place, _, words = str(error).partition(": ")
+        return [Finding("error", place, words)]
+    found = [*_missing(vehicle), *_motion(vehicle), *_drive(vehicle), *_handling(vehicle), *_battery(vehicle)]
+    return sorted(found, key=lambda finding: ("error", "warning", "note").index(finding.severity))
+
+
+def _missing(vehicle: Vehicle) -> list[Finding]:
+    uses = {
+        "body": "lateral dynamics",
+        "tyre": "lateral dynamics",
+        "steering": "the double-track plant",
+        "brakes": "the double-track plant",
+        "electrics": "auxiliary consumption",
+        "battery": "charge and range",
+    }
+    return [Finding("note", f"[{name}]", f"not given, needed for {use}") for name, use in uses.items() if getattr(vehicle, name) is None]
+
+
+def _motion(vehicle: Vehicle) -> list[Finding]:
+    found = []
+    reached, stated = top_speed(vehicle), vehicle.limits.speed_max_mps
+    if reached == 0.0:
+        found.append(Finding("error", "drive", "the car cannot start on a level road"))
+    elif reached < stated * 0.999:
+        found.append(Finding("warning", "limits.speed_max_mps", f"{stated:.1f} m/s, but the motors reach {reached:.1f} m/s on a level road"))
+    if 0.0 < steepest_slope(vehicle) < 0.1:
+        found.append(Finding("warning", "drive", f"climbs {100 * steepest_slope(vehicle):.1f} % only"))
+    if vehicle.limits.acceleration_max_mps2 > GRAVITY or vehicle.limits.deceleration_max_mps2 > 1.3 * GRAVITY:
+        found.append(Finding("warning", "limits", "acceleration or deceleration beyond what tyres give"))
+    if acceleration_time(vehicle, min(10.0, stated)) < 1.0:
+        found.append(Finding("warning", "drive.torque_max_nm", "0 to 10 m/s in less than a second"))
+    return found
+
+
+def _drive(vehicle: Vehicle) -> list[Finding]:
+    drive = vehicle.drive
+    speeds = np.linspace(0.02, 1.0, 50) * vehicle.limits.speed_max_mps * vehicle.motor_ratio
+    torque = np.linspace(0.02, 1.0, 50)[:, None] * torque_limits(drive, speeds)[0]
+    power = torque * speeds
+    best = float(np.max(power / (power + sum(motor_losses(vehicle, torque, speeds)))))
+    if not 0.8 < best < 0.98:
+        return [Finding("warning", "drive", f"best efficiency {100 * best:.1f} %, expected 80 to 98 % of a motor with its inverter")]
+    return []
+
+
+def _handling(vehicle: Vehicle) -> list[Finding]:
+    body = vehicle.body
+    if body is None:
+        return []
+    found = []
+    tips = 0.5 * min(body.front_track_m, body.rear_track_m) / body.cog_height_m
+    if tips < 0.7:
+        found.append(Finding("warning", "body.cog_height_m", f"tips over at {tips:.2f} g"))
+    heel = vehicle.chassis.mass_kg * GRAVITY * body.cog_height_m
+    stiffness = {key: getattr(body, key) for key in ("roll_stiffness_nmprad", "pitch_stiffness_nmprad")}
+    found.extend(
+        Finding("error", f"body.{key}", f"{value:g} Nm/rad, expected more than the weight's {heel:.0f} Nm/rad")
+        for key, value in stiffness.items()
+        if value <= heel
+    )
+    if max(body.front_track_m, body.rear_track_m) > vehicle.chassis.width_m:
+        found.append(Finding("error", "body", "a track is wider than chassis.width_m"))
+    if vehicle.tyre is not None:
+        found += _tyres(vehicle)
+    return found
+
+
+def _tyres(vehicle: Vehicle) -> list[Finding]:
+    found = []
+    try:
+        tyres = vehicle.tyres()
+    except VehicleError as error:
+        return [Finding("error", "tyre", str(error))]
+    for place, tyre in zip(("tyre", "rear_tyre"), tyres, strict=True):
+        findings: Any = getattr(tyre, "check", list)()
+        found.extend(Finding("warning", place, str(finding)) for finding in findings)
+        if abs(tyre.rolling_radius / vehicle.chassis.wheel_radius_m - 1.0) > 0.05:
+            radius, wheel = tyre.rolling_radius, vehicle.chassis.wheel_radius_m
+            found.append(Finding("warning", place, f"rolling radius {radius:.3f} m, chassis.wheel_radius_m is {wheel:.3f} m"))
+    gradient = understeer_gradient(vehicle)
+    if abs(gradient) > 0.01:
+        found.append(Finding("warning", "tyre", f"understeer gradient {1e3 * gradient:.1f} mrad s^2/m, expected within 10 either way"))
+    return found
+
+
+def _battery(vehicle: Vehicle) -> list[Finding]:
+    if vehicle.battery is None:
+        return []
+    from .battery import load_cell
+
+    try:
+        cell = load_cell(vehicle.battery.cell)
+    except VehicleError as error:
+        return [Finding("error", "battery.cell", str(error))]
+    voltage = float(cell.ocv_v(0.5)) * vehicle.battery.series
+    power = vehicle.drive.motor_count * vehicle.drive.power_max_w
+    most = voltage * cell.limits.discharge_peak_a * vehicle.battery.parallel
+    if most < power:
+        return [Finding("warning", "battery", f"gives {most / 1e3:.0f} kW at half charge, the motors take {power / 1e3:.0f} kW")]
+    return []

@@ -1,0 +1,99 @@
+"""Drive cycles: energy of a car that follows speeds over time, standing included.
+
+The same resistances and losses as everywhere; what recuperation cannot take, the friction brakes do. The auxiliaries draw their power all the time,
+through the DC/DC converter, and motors that stand still draw their inverters' constant loss.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .errors import VehicleError
+from .motor import force_limits, motor_losses
+from .resistance import drag_force, rolling_force
+from .sections import Electrics
+from .supply import converter_input
+from .vehicle import GRAVITY, Vehicle
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class CycleLedger:
+    """The account of a drive cycle.
+
+    Attributes:
+        distance: m.
+        duration: s.
+        energy: drawn from the battery, J.
+        components: energy in J by where it goes; they add up to `energy`.
+        missed: largest speed in m/s by which the car's limits would have it fall behind; its energy is that of the cycle all the same.
+    """
+
+    distance: float
+    duration: float
+    energy: float
+    components: dict[str, float]
+    missed: float
+
+    @property
+    def consumption(self) -> float:
+        """Energy per distance, J/m."""
+        return self.energy / self.distance
+
+    def range(self, battery_energy: float) -> float:
+        """How far `battery_energy` (J) goes, m."""
+        return battery_energy / self.consumption
+
+
+def drive_cycle(vehicle: Vehicle, t: ArrayLike, v: ArrayLike, slope: ArrayLike = 0.0) -> CycleLedger:
+    """The account of following speeds `v` (m/s) at times `t` (s) on slopes dz/ds (one, or one per interval).
+
+    Constant acceleration in between, as in `drive_energy`.
+
+    Raises:
+        VehicleError: arrays that are not of one length, not finite, times that do not increase, negative speeds, or a cycle that stands throughout.
+    """
+    t, v = np.asarray(t, dtype=np.float64), np.asarray(v, dtype=np.float64)
+    if t.ndim != 1 or t.shape != v.shape or len(t) < 2:
+        raise VehicleError(f"a cycle needs at least two times and as many speeds, found shapes {t.shape} and {v.shape}")
+    slope = np.broadcast_to(np.asarray(slope, dtype=np.float64), (len(t) - 1,))
+    good = np.isfinite(t[1:]) & (np.diff(t) > 0.0) & (v[1:] >= 0.0) & (v[:-1] >= 0.0) & np.isfinite(v[1:] + v[:-1]) & np.isfinite(slope)
+    if not np.all(good) or not np.any(v > 0.0):
+        at = int(np.argmin(good))
+        raise VehicleError(
+            f"cycle between rows {at} and {at + 1}: t {t[at]:g} to {t[at + 1]:g} s, v {v[at]:g} to {v[at + 1]:g} m/s, expected increasing times and "
+            f"speeds that are not negative and not all zero"
+        )
+    dt, mean = np.diff(t), 0.5 * (v[1:] + v[:-1])
+    way = {
+        "rolling": rolling_force(vehicle, mean) * (mean > 0.0),
+        "drag": drag_force(vehicle, 0.5 * (v[1:] ** 2 + v[:-1] ** 2)),
+        "slope": vehicle.chassis.mass_kg * GRAVITY * slope,
+    }
+    power = {name: force * mean for name, force in way.items()}
+    power["kinetic"] = 0.5 * vehicle.effective_mass * (v[1:] ** 2 - v[:-1] ** 2) / dt
+    return _account(vehicle, dt, mean, power)
+
+
+def _account(vehicle: Vehicle, dt: Floats, mean: Floats, power: dict[str, Floats]) -> CycleLedger:
+    wheel = np.sum(list(power.values()), axis=0)
+    moving = np.maximum(mean, 1e-9)
+    drive, regen = force_limits(vehicle, mean)
+    driven = np.maximum(wheel, -regen * mean)
+    power["brake"] = driven - wheel
+    count, ratio = vehicle.drive.motor_count, vehicle.motor_ratio
+    losses = motor_losses(vehicle, np.where(mean > 0.0, driven / (moving * count * ratio), 0.0), mean * ratio)
+    power |= {name: np.broadcast_to(count * loss, mean.shape) for name, loss in losses._asdict().items()}
+    if vehicle.electrics is not None:
+        electrics: Electrics = vehicle.electrics
+        power["auxiliary"] = np.full_like(mean, float(converter_input(electrics, electrics.auxiliary_w)))
+    short = np.maximum(wheel - drive * mean, 0.0) / (vehicle.effective_mass * moving) * dt
+    components = {name: float(np.sum(value * dt)) for name, value in power.items()}
+    return CycleLedger(float(np.sum(mean * dt)), float(np.sum(dt)), sum(components.values()), components, float(np.max(short)))

@@ -1,0 +1,119 @@
+import numpy as np
+import pytest
+
+from powertrain import VehicleError
+from powertrain.battery import Pack, available_power, electromotive, pack_power, published_power, rest, simulate, voltage
+
+from .conftest import LIMITS, make
+
+WARM = 298.15
+
+
+def linear_cell(**limits):
+    """Ohmic cell with a line for its open-circuit voltage: limits by hand."""
+    import msgspec
+
+    from powertrain.battery import Esc, Table
+
+    window = msgspec.structs.replace(LIMITS, **limits)
+    return make(
+        "esc", limits=window, hysteresis_v=0.0, hysteresis_rate=0.0, ocv_v=Table(soc=(0.0, 1.0), values=(3.0, 4.0)),
+        esc=Esc(ohmic_ohm=0.004, resistance_ohm=0.0, pole_radps=1.0), coulombic_efficiency=1.0, heat_capacity_jpk=1e9,
+    )  # fmt: skip
+
+
+def test_the_voltage_limit_of_an_ohmic_cell_is_the_hand_value():
+    cell = linear_cell(discharge_peak_a=1e3, charge_peak_a=1e3)
+    found = available_power(cell, rest(cell, 0.5), WARM, horizons=(1e-6,), margin=0.0, extrapolate=True)
+    for answer, u in ((found.discharge[0], 2.8), (found.charge[0], 4.2)):
+        current = abs(3.5 - u) / 0.004
+        assert answer.current == pytest.approx(current, rel=1e-3)
+        assert answer.current <= current
+        assert answer.power == pytest.approx(current * u, rel=1e-3)
+        assert answer.power <= current * u
+        assert answer.power_limit == answer.current_limit == "voltage"
+
+
+def test_current_charge_temperature_and_power_are_named_where_they_bind():
+    cell = linear_cell()
+    assert available_power(cell, rest(cell, 0.5), WARM).discharge[0].current_limit == "current"
+    assert available_power(cell, rest(cell, 0.5), WARM).discharge[0].current == pytest.approx(160.0, rel=1e-3)
+    nearly_empty = available_power(cell, rest(cell, 0.0505), WARM, horizons=(30.0,)).discharge[0]
+    assert nearly_empty.current_limit == "soc"
+    assert nearly_empty.current == pytest.approx(0.0005 * cell.capacity / 30.0, rel=1e-2)
+    too_hot = available_power(cell, rest(cell, 0.5), 330.0)
+    assert {a.power_limit for a in (*too_hot.discharge, *too_hot.charge)} == {"temperature"}
+    assert {a.power for a in (*too_hot.discharge, *too_hot.charge)} == {0.0}
+    loose = linear_cell(voltage_min_v=0.5, discharge_peak_a=1e3)
+    answer = available_power(loose, rest(loose, 0.5), WARM, horizons=(1e-6,), extrapolate=True).discharge[0]
+    held, ohmic = electromotive(loose, rest(loose, 0.5), 0.0, WARM)
+    assert answer.power_limit == "power"
+    assert answer.power == pytest.approx(held**2 / 4 / ohmic, rel=1e-3)
+
+
+def test_no_more_current_is_promised_than_the_cell_was_identified_with():
+    cell = linear_cell(discharge_peak_a=250.0, voltage_min_v=1.0)
+    known, beyond = (available_power(cell, rest(cell, 0.5), WARM, horizons=(1.0,), extrapolate=e).discharge[0] for e in (False, True))
+    assert (known.current_limit, beyond.current_limit) == ("validity", "current")
+    assert (known.current, beyond.current) == (pytest.approx(200.0, rel=1e-3), pytest.approx(250.0, rel=1e-3))
+
+
+def test_longer_than_the_peak_only_the_steady_current_is_had():
+    cell = linear_cell()
+    found = available_power(cell, rest(cell, 0.5), WARM)
+    assert [round(a.current) for a in found.discharge] == [160, 160, 80]
+    assert [round(a.current) for a in found.charge] == [80, 80, 40]
+
+
+def test_what_is_promised_for_longer_is_never_more(cell):
+    found = available_power(cell, rest(cell, 0.3), WARM)
+    for answers in (found.discharge, found.charge):
+        assert answers[0].power >= answers[1].power >= answers[2].power
+
+
+@pytest.mark.parametrize("soc", [0.06, 0.2, 0.5, 0.9, 0.94])
+def test_the_limits_hold_when_the_cell_is_driven_at_the_promised_current(cell, soc):
+    found = available_power(cell, rest(cell, soc), 280.0, margin=0.0)
+    for horizon, down, up in zip(found.horizons, found.discharge, found.charge, strict=True):
+        t = np.linspace(0.0, horizon, 400)
+        for current in (down.current, -up.current):
+            run = simulate(cell, t, np.full(400, current), 280.0, soc)
+            assert np.min(run.voltage) > LIMITS.voltage_min_v - 2e-3
+            assert np.max(run.voltage) < LIMITS.voltage_max_v + 2e-3
+            assert LIMITS.soc_min - 1e-9 <= run.soc[-1] <= LIMITS.soc_max + 1e-9
+
+
+def test_the_published_formula_counts_charge_in_ampere_seconds():
+    cell = make("rc")
+    down, up = published_power(cell, rest(cell, 0.05 + 1e-3), WARM, 10.0)
+    assert down == pytest.approx(1e-3 * 40.0 * 3600.0 / 10.0 * voltage(cell, rest(cell, 0.051), 0.0, WARM))
+    assert up == pytest.approx(-80.0 * voltage(cell, rest(cell, 0.051), 0.0, WARM))
+
+
+def test_the_published_formula_promises_more_than_the_voltage_allows():
+    """Why ours exists: (5.7) multiplies by the voltage before the load."""
+    cell = make("mesc-taps")
+    down, _ = published_power(cell, rest(cell, 0.15), 275.0, 10.0)
+    assert down > available_power(cell, rest(cell, 0.15), 275.0, horizons=(10.0,)).discharge[0].power
+
+
+def test_the_weakest_cell_of_a_pack_decides():
+    cell = make("mesc-taps")
+    resistance = np.ones((4, 1))
+    resistance[2] = 1.8
+    pack = Pack(cell, np.ones((4, 1)), resistance, np.zeros((4, 1)))
+    state = pack.rest(0.12, WARM)
+    down, up, weakest = pack_power(pack, state)
+    assert weakest == (2, 0)
+    typical = available_power(cell, rest(cell, 0.12), WARM, horizons=(10.0,))
+    assert down < 4 * typical.discharge[0].power
+    assert up <= 4 * typical.charge[0].power
+
+
+@pytest.mark.parametrize(
+    ("state", "horizons", "says"),
+    [((np.nan, 0, 0), (1.0,), "finite"), ((0.5, 0), (1.0,), "3 finite"), ((0.5, 0, 0), (0.0,), "positive")],
+)
+def test_a_question_that_makes_no_sense_is_refused(state, horizons, says):
+    with pytest.raises(VehicleError, match=says):
+        available_power(make("esc"), state, WARM, horizons=horizons)

@@ -1,0 +1,241 @@
+"""The plant's mechanics: conservation, closed forms, standstill, symmetry."""
+
+import casadi as ca
+import msgspec
+import numpy as np
+import pytest
+
+from powertrain import Vehicle, load_vehicle, shipped
+from powertrain.chassis import DoubleTrack, Machine
+from powertrain.chassis.double_track import WHEELS
+from powertrain.chassis.flows import ELECTRIC, FLOWS, KEPT, SINKS, SOURCES, flows, kept
+from powertrain.performance import axle_stiffness, understeer_gradient
+from powertrain.vehicle import GRAVITY
+
+ROMO = load_vehicle("romo")
+PLANT = DoubleTrack(ROMO)
+MACHINE = Machine(PLANT, 1e-3)
+
+
+def named(plant: DoubleTrack, x) -> dict[str, float]:
+    return dict(zip(plant.states, x, strict=True))
+
+
+def settle(plant: DoubleTrack, machine: Machine, x, u, seconds: float):
+    x = np.asarray(x, dtype=float)
+    for _ in range(round(seconds / machine.dt)):
+        x = machine.step(x, u)
+    return x
+
+
+def at_constant_speed(plant: DoubleTrack, machine: Machine, v: float, steer: dict[str, float], seconds: float):
+    """Drive `seconds` with a torque that keeps the speed near `v`; the state at the end."""
+    x, held = np.array(plant.initial(v)), 0.0
+    for _ in range(round(seconds / machine.dt)):
+        error = v - x[plant.states.index("v_x")]
+        held += 2.0 * error * machine.dt
+        u = plant.command(torque_cmd=200.0 * error + 100.0 * held, **steer)
+        x = machine.step(x, u)
+    return x, u
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_power_balance_holds_at_every_instant_for_every_car(name: str):
+    """d(stored)/dt from the states' derivatives equals the flows, at random states far from any equilibrium."""
+    plant = DoubleTrack(load_vehicle(name))
+    x, u = ca.SX.sym("x", len(plant.states)), ca.SX.sym("u", len(plant.inputs))
+    xs, us = ca.vertsplit(x), ca.vertsplit(u)
+    rate = ca.jtimes(kept(plant, xs), x, ca.vertcat(*plant.derivative(xs, us)))
+    found = flows(plant, xs, us)
+    balance = rate - sum(found[k] for k in SOURCES) + sum(found[k] for k in (*SINKS, *KEPT))
+    turnover = sum(ca.fabs(found[k]) for k in (*SOURCES, *SINKS, *KEPT))
+    function = ca.Function("balance", [x, u], [balance, turnover])
+    rng = np.random.default_rng(5)
+    for _ in range(300):
+        state = np.array(plant.initial(rng.uniform(-5.0, 30.0))) + 0.1 * rng.standard_normal(len(plant.states))
+        inputs = plant.command(torque_cmd=rng.uniform(-100, 100), brake_cmd=rng.uniform(0, 300), grade=0.1 * rng.standard_normal(), bank=0.02)
+        off, size = (float(value) for value in function(state, inputs))
+        assert abs(off) < 1e-9 * size
+
+
+def test_energy_is_conserved_over_a_drive_and_losses_are_never_negative():
+    names = (*FLOWS,)
+    machine = Machine(PLANT, 1e-3, integrands=lambda x, u: list(flows(PLANT, x, u).values()))
+    rng = np.random.default_rng(7)
+    x, total, size = np.array(PLANT.initial(8.0)), np.zeros(len(names)), np.zeros(len(names))
+    before = kept(PLANT, x)
+    losses = [names.index(k) for k in (*SINKS, *ELECTRIC)]
+    for k in range(20_000):
+        if k % 800 == 0:
+            steer = {f"steer_cmd_{wheel}": 0.03 * rng.standard_normal() for wheel in WHEELS}
+            brake, grade = max(rng.uniform(-300, 100), 0.0), 0.02 * rng.standard_normal()
+            u = PLANT.command(torque_cmd=rng.uniform(-60, 90), brake_cmd=brake, grade=grade, **steer)
+        x = machine.step(x, u)
+        assert np.all(machine.integrals[losses] >= 0.0)
+        total += machine.integrals
+        size += np.abs(machine.integrals)
+    spent = dict(zip(names, total, strict=True))
+    balance = sum(spent[k] for k in SOURCES) - sum(spent[k] for k in (*SINKS, *KEPT))
+    assert kept(PLANT, x) - before == pytest.approx(balance, abs=1e-9 * float(np.sum(size)))
+
+
+def test_fixed_step_agrees_with_the_adaptive_reference():
+    """A step steer of all wheels while accelerating; RK4 of 1 ms against CVODES at 1e-11."""
+    u = PLANT.command(torque_cmd=60.0, steer_cmd_fl=0.04, steer_cmd_fr=0.04, steer_cmd_rl=-0.02, steer_cmd_rr=-0.02)
+    x = settle(PLANT, MACHINE, PLANT.initial(12.0), u, 1.0)
+    reference = MACHINE.reference(PLANT.initial(12.0), u, 1.0, tolerance=1e-11)
+    assert np.max(np.abs(x - reference) / np.maximum(np.abs(reference), 1.0)) < 1e-6
+
+
+def test_halving_the_step_shrinks_the_error_sixteenfold():
+    u = PLANT.command(torque_cmd=30.0, steer_cmd_fl=0.02, steer_cmd_fr=0.02)
+    start = PLANT.initial(15.0)
+    reference = MACHINE.reference(start, u, 0.4, tolerance=1e-12)
+    error = [np.max(np.abs(settle(PLANT, Machine(PLANT, dt), start, u, 0.4) - reference)[:10]) for dt in (2e-3, 1e-3)]
+    assert 8.0 < error[0] / error[1] < 32.0
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.15, -0.15])
+def test_a_braked_car_stays_where_it_is(slope: float):
+    u = PLANT.command(brake_cmd=400.0, grade=slope)
+    clamped = {f"clamp_{wheel}": 400.0 for wheel in WHEELS}
+    x = settle(PLANT, MACHINE, PLANT.initial(0.0, **clamped), u, 3.0)
+    rest = named(PLANT, settle(PLANT, MACHINE, x, u, 60.0))
+    assert np.all(np.isfinite(list(rest.values())))
+    # a millimetre in a minute is what was asked for
+    assert abs(rest["x"] - named(PLANT, x)["x"]) < 2e-5
+    assert abs(rest["v_x"]) < 1e-7
+    # taking up the load, body, tyres and pads give by as much as their stiffness says
+    force, body = ROMO.chassis.mass_kg * GRAVITY * slope / np.hypot(1.0, slope), PLANT.body
+    pitch = force * body.cog_height_m / (body.pitch_stiffness_nmprad - ROMO.chassis.mass_kg * GRAVITY * body.cog_height_m)
+    tyre = force * PLANT.tyres[0].relaxation_longitudinal_m / (4.0 * PLANT.tyres[0].slip_stiffness_n)
+    # the sudden load swings to up to twice its size, and the pad keeps what it gave by then
+    share, give = force / 4.0 * ROMO.chassis.wheel_radius_m / 400.0, PLANT.brakes.presliding_rad * ROMO.chassis.wheel_radius_m
+    pad = -np.log1p(-abs(share)) * give * np.sign(slope), -np.log1p(-2.0 * abs(share)) * give * np.sign(slope)
+    low, high = sorted(-(pitch * body.cog_height_m + tyre + part) for part in pad)
+    assert low - 1e-5 <= rest["x"] <= high + 1e-5
+
+
+def test_braking_ends_at_rest_without_rolling_back():
+    u = PLANT.command(brake_cmd=300.0)
+    x = settle(PLANT, MACHINE, PLANT.initial(6.0), u, 6.0)
+    again = settle(PLANT, MACHINE, x, u, 10.0)
+    assert abs(named(PLANT, x)["v_x"]) < 1e-6
+    assert abs(named(PLANT, again)["x"] - named(PLANT, x)["x"]) < 1e-6
+
+
+def test_left_and_right_are_mirror_images():
+    left = named(PLANT, settle(PLANT, MACHINE, PLANT.initial(15.0), PLANT.command(torque_cmd=10.0, steer_cmd_fl=0.03, steer_cmd_fr=0.03), 2.0))
+    right = named(PLANT, settle(PLANT, MACHINE, PLANT.initial(15.0), PLANT.command(torque_cmd=10.0, steer_cmd_fl=-0.03, steer_cmd_fr=-0.03), 2.0))
+    for name in ("y", "psi", "v_y", "yaw_rate", "roll"):
+        assert right[name] == pytest.approx(-left[name], abs=1e-9)
+    for name in ("x", "v_x", "pitch"):
+        assert right[name] == pytest.approx(left[name], abs=1e-9)
+    assert left["yaw_rate"] > 0.0
+    assert left["roll"] > 0.0
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_small_steering_angles_turn_the_car_as_the_linear_bicycle_says(name: str):
+    """r = v delta / (L + K v^2): closed form in the linear limit, reached at 0.1 m/s^2.
+
+    Without driving resistances: rolling resistance of the heavier outer wheels turns the car out by 0.5 % (ROMO), which the bicycle cannot know.
+    """
+    vehicle = load_vehicle(name)
+    free = msgspec.structs.replace(vehicle.resistance, drag_coefficient=0.0, rolling_0=0.0, rolling_1=0.0, rolling_4=0.0)
+    vehicle = msgspec.structs.replace(vehicle, resistance=free)
+    plant = DoubleTrack(vehicle)
+    machine, body = Machine(plant, 1e-3), plant.body
+    v = 15.0
+    delta = 0.1 * (body.wheelbase_m / v**2 + understeer_gradient(vehicle))
+    x, _ = at_constant_speed(plant, machine, v, {"steer_cmd_fl": delta, "steer_cmd_fr": delta}, 12.0)
+    state = named(plant, x)
+    expected = state["v_x"] * delta / (body.wheelbase_m + understeer_gradient(vehicle) * state["v_x"] ** 2)
+    assert state["yaw_rate"] == pytest.approx(expected, rel=1e-3)
+
+
+def test_loads_carry_the_weight_and_shift_by_the_moment_of_the_centre_of_gravity():
+    x, u = at_constant_speed(PLANT, MACHINE, 12.0, {"steer_cmd_fl": 0.05, "steer_cmd_fr": 0.05}, 8.0)
+    s, c = PLANT.named(x, u)
+    loads = [float(load) for load in PLANT.loads(s, c)]
+    assert sum(loads) == pytest.approx(ROMO.chassis.mass_kg * GRAVITY, rel=1e-12)
+    lateral = s["v_x"] * s["yaw_rate"]
+    shift = 0.5 * (loads[1] + loads[3] - loads[0] - loads[2]) * PLANT.body.front_track_m
+    lean = ROMO.chassis.mass_kg * GRAVITY * PLANT.body.cog_height_m * s["roll"]
+    assert shift == pytest.approx(ROMO.chassis.mass_kg * lateral * PLANT.body.cog_height_m + lean, rel=1e-3)
+
+
+def test_top_speed_and_sprint_of_the_plant_are_those_of_the_quasi_static_car():
+    from powertrain.performance import acceleration_time
+
+    u, x, t = PLANT.command(torque_cmd=160.0), np.array(PLANT.initial(0.0)), 0.0
+    while x[PLANT.states.index("v_x")] < 80.0 / 3.6:
+        x, t = MACHINE.step(x, u), t + 1e-3
+    # Table C.3: about 10 s; the plant adds slip and the time that torque takes to rise to the quasi-static quadrature
+    assert t == pytest.approx(10.0, rel=0.1)
+    assert t == pytest.approx(acceleration_time(ROMO, 80.0 / 3.6), rel=0.03)
+
+
+def test_numbers_arrays_and_symbols_give_the_same_derivative():
+    rng = np.random.default_rng(3)
+    x = np.array(PLANT.initial(10.0))[:, None] + 0.01 * rng.standard_normal((len(PLANT.states), 7))
+    u = np.array(PLANT.command(torque_cmd=20.0, brake_cmd=10.0))
+    many = np.array(PLANT.derivative(list(x), list(u[:, None] * np.ones((1, 7)))))
+    for k in range(7):
+        assert MACHINE.derivative(x[:, k], u) == pytest.approx(many[:, k], rel=1e-11, abs=1e-9)
+
+
+def test_batch_and_single_steps_agree():
+    rng = np.random.default_rng(4)
+    x = np.array(PLANT.initial(10.0))[:, None] + 0.01 * rng.standard_normal((len(PLANT.states), 5))
+    u = np.array(PLANT.command(torque_cmd=20.0))
+    after = MACHINE.batch(x, u)
+    for k in range(5):
+        assert after[:, k] == pytest.approx(MACHINE.step(x[:, k], u), rel=1e-11, abs=1e-11)
+
+
+def test_jacobians_are_those_of_differences():
+    x, u = np.array(PLANT.initial(12.0, v_y=0.3, yaw_rate=0.2)), np.array(PLANT.command(torque_cmd=15.0, steer_cmd_fl=0.01))
+    for of, function in (("step", MACHINE.step), ("derivative", MACHINE.derivative)):
+        by_x, by_u = MACHINE.jacobian(x, u, of=of)
+        for jacobian, where, k in ((by_x, x, 4), (by_x, x, 10), (by_u, u, 0), (by_u, u, 8)):
+            up, down = where.copy(), where.copy()
+            up[k], down[k] = up[k] + 1e-6, down[k] - 1e-6
+            pair = [function(*((p, u) if where is x else (x, p))) for p in (up, down)]
+            assert jacobian[:, k] == pytest.approx((pair[0] - pair[1]) / 2e-6, rel=1e-4, abs=1e-4 * (1.0 + np.max(np.abs(jacobian[:, k]))))
+
+
+def test_axle_stiffness_of_the_romo_is_that_of_the_specification():
+    """B C D = 75.1 kN/rad per axle with the corrected D; the axles carry 0.985 and 1.015 of half the weight."""
+    front, rear = axle_stiffness(ROMO)
+    assert 0.5 * (front + rear) == pytest.approx(75.1e3, rel=1e-3)
+
+
+def test_friction_bounds_what_the_tyres_give():
+    ice = PLANT.command(torque_cmd=160.0, friction=0.1)
+    x = settle(PLANT, MACHINE, PLANT.initial(5.0), ice, 1.0)
+    s, c = PLANT.named(x, ice)
+    for wheel in PLANT.wheels(s, c):
+        # the curve's peak is 1.46 times the nominal load
+        assert np.hypot(wheel.longitudinal, wheel.side) <= 0.1 * 1.46 * 1.3 * wheel.load * (1.0 + 1e-9)
+
+
+def test_a_car_without_the_sections_it_needs_is_refused():
+    from powertrain import VehicleError
+
+    bare = msgspec.structs.replace(ROMO, body=None)
+    with pytest.raises(VehicleError, match=r"ROMO: the description has no section \[body\]"):
+        DoubleTrack(bare)
+    with pytest.raises(KeyError, match="no input of the plant"):
+        PLANT.command(throttle=1.0)
+    with pytest.raises(KeyError, match="no state of the plant"):
+        PLANT.initial(1.0, speed_x=1.0)
+
+
+def test_batches_of_the_wrong_shape_are_refused(romo: Vehicle):
+    from powertrain import VehicleError
+
+    with pytest.raises(VehicleError, match=r"batch of states \(3, 4\).*expected \(42, N\)"):
+        MACHINE.batch(np.zeros((3, 4)), np.zeros(15))
+    with pytest.raises(VehicleError, match="expected a positive time"):
+        Machine(PLANT, 0.0)

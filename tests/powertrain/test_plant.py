@@ -1,0 +1,86 @@
+"""The whole car: every joule from the battery's charge to the road."""
+
+import numpy as np
+import pytest
+
+from powertrain import driving_resistance, load_vehicle, shipped
+from powertrain.chassis.double_track import WHEELS
+from powertrain.chassis.flows import ELECTRIC, SINKS
+from powertrain.plant import Plant
+
+LOSSES = (*SINKS, *ELECTRIC, "heat", "converter", "auxiliary")
+
+
+def drive(plant: Plant, seconds: float, seed: int) -> None:
+    """Random torques, brakes, steering and slopes, new each second."""
+    rng = np.random.default_rng(seed)
+    most = 0.4 * plant.body.vehicle.drive.torque_max_nm
+    for k in range(round(seconds * 1000)):
+        if k % 1000 == 0:
+            angle = {f"steer_cmd_{wheel}": 0.02 * rng.standard_normal() for wheel in WHEELS if wheel in plant.body.steered}
+            brake, grade = max(rng.uniform(-800.0, 200.0), 0.0), 0.02 * rng.standard_normal()
+            u = np.array(plant.body.command(torque_cmd=rng.uniform(-most, most), brake_cmd=brake, grade=grade, **angle))
+        plant.step(u)
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_every_joule_from_the_charge_to_the_road_is_accounted_for(name: str):
+    """1e-9 of what passed through each part, over 12 s of changing torque, braking, steering and slope."""
+    plant = Plant(load_vehicle(name), speed=12.0)
+    drive(plant, 12.0, 11)
+    ledger = plant.ledger()
+    assert max(ledger.imbalance.values()) < 1e-9, ledger
+    assert min(ledger.energy[loss] for loss in LOSSES) >= 0.0
+    assert ledger.unserved == 0.0
+
+
+def test_what_leaves_the_charge_is_the_integral_of_the_open_circuit_voltage():
+    """From the table alone: the charge that is gone, times the voltage it had."""
+    plant = Plant(load_vehicle("romo"), speed=15.0, soc=0.6)
+    drive(plant, 20.0, 12)
+    after, cell = plant.soc, plant.pack.cell
+    soc = np.linspace(after, 0.6, 20_001)
+    ocv = np.asarray(cell.ocv_v(soc, 298.15))
+    gone = float(np.trapezoid(ocv, soc)) * cell.capacity * plant.pack.count
+    # the cell warms by hundredths of a kelvin, and its efficiency is 1
+    assert plant.ledger().energy["chemical"] == pytest.approx(gone, rel=1e-5)
+
+
+def test_e1_energy_of_the_plant_is_the_published_one_and_its_tyres_slip():
+    """E1: 8 s from 3 m/s, +2 m/s^2 to 5 s, then -2 m/s^2: 59.875 kJ published, +-3 %.
+
+    The quasi-static balance has 59.85 kJ. The plant's tyres lose 1.3 kJ more in slip, which the published model (no longitudinal slip) has not;
+    straight on here, the lane change belongs to the closed loop.
+    """
+    car = load_vehicle("romo")
+    plant, held = Plant(car, speed=3.0), 0.0
+    for k in range(8000):
+        t, a = 1e-3 * k, 2.0 if k < 5000 else -2.0
+        wanted = 3.0 + 2.0 * min(t, 5.0) - 2.0 * max(t - 5.0, 0.0)
+        error = wanted - float(plant.state[3])
+        held += 1e-3 * error
+        force = car.effective_mass * a + driving_resistance(car, wanted, 0.0) + 1013.0 * (5.0 * error + 5.0 * held)
+        plant.step(plant.body.command(torque_cmd=force * car.chassis.wheel_radius_m / 4.0))
+    ledger = plant.ledger()
+    drawn = ledger.energy["motor"] + sum(ledger.energy[name] for name in ("copper", "iron", "inverter", "friction"))
+    assert drawn - ledger.energy["tyre"] == pytest.approx(59.875e3, rel=0.03)
+    assert 1.0e3 < ledger.energy["tyre"] < 1.6e3
+    assert max(ledger.imbalance.values()) < 1e-9
+
+
+def test_the_ledger_prints_every_item_that_moved():
+    plant = Plant(load_vehicle("romo"), speed=10.0)
+    drive(plant, 2.0, 13)
+    text = str(plant.ledger())
+    for name in ("chemical", "heat", "auxiliary", "copper", "rolling", "tyre", "motion"):
+        assert name in text
+    assert "does not add up: battery" in text
+
+
+def test_an_empty_battery_says_what_it_could_not_give():
+    plant = Plant(load_vehicle("romo"), speed=20.0, soc=0.0)
+    # far beyond what the cells can give at any charge
+    plant._owed = 4e6 * plant._battery.dt
+    plant._draw()
+    assert plant.ledger().unserved > 0.0
+    assert np.all(np.isfinite(plant.battery_state))
