@@ -17,17 +17,19 @@ from .sections import Brakes
 
 #: Damping of the presliding range, s: torque per clamped torque and rate of `hold`. Near a tenth of the wheel's period on the pad.
 _DAMPING = 0.004
+#: 1/s, below a clamped torque of about 1 Nm; a millionth of that at 32 Nm.
+_FORGET = 20.0
 
 
-def hold_rate(brakes: Brakes, speed: Any, hold: Any) -> Any:
-    """d hold/dt in 1/s at wheel `speed` (rad/s)."""
+def hold_rate(brakes: Brakes, clamped: Any, speed: Any, hold: Any) -> Any:
+    """d hold/dt in 1/s with `clamped` Nm pressed on, at wheel `speed` (rad/s); a pad that is let go forgets its stretch."""
     turning = np.fabs(speed)
-    return (speed - turning * hold) / (brakes.presliding_rad + turning * brakes.sliding_time_s)
+    return (speed - turning * hold) / (brakes.presliding_rad + turning * brakes.sliding_time_s) - _FORGET * hold / (1.0 + clamped**4)
 
 
 def brake_torque(brakes: Brakes, clamped: Any, speed: Any, hold: Any) -> Any:
     """Torque on the wheel in Nm, against its rotation, when `clamped` (Nm) is pressed on."""
-    return clamped * (hold + _DAMPING * hold_rate(brakes, speed, hold))
+    return clamped * (hold + _DAMPING * hold_rate(brakes, clamped, speed, hold))
 
 
 def stored(brakes: Brakes, clamped: Any, hold: Any) -> Any:

@@ -33,7 +33,7 @@ def check(name_or_path: str | PathLike[str]) -> list[Finding]:
     except VehicleError as error:
         place, _, words = str(error).partition(": ")
         return [Finding("error", place, words)]
-    found = [*_missing(vehicle), *_motion(vehicle), *_drive(vehicle), *_handling(vehicle), *_battery(vehicle)]
+    found = [*_missing(vehicle), *_motion(vehicle), *_drive(vehicle), *_handling(vehicle), *_supply(vehicle), *_battery(vehicle)]
     return sorted(found, key=lambda finding: ("error", "warning", "note").index(finding.severity))
 
 
@@ -47,6 +47,12 @@ def _missing(vehicle: Vehicle) -> list[Finding]:
         "battery": "charge and range",
     }
     return [Finding("note", f"[{name}]", f"not given, needed for {use}") for name, use in uses.items() if getattr(vehicle, name) is None]
+
+
+def _supply(vehicle: Vehicle) -> list[Finding]:
+    if vehicle.electrics is not None and vehicle.electrics.auxiliary_w > 5000.0:
+        return [Finding("warning", "electrics.auxiliary_w", f"{vehicle.electrics.auxiliary_w:g} W all the time, expected below 5 kW")]
+    return []
 
 
 def _motion(vehicle: Vehicle) -> list[Finding]:
@@ -81,6 +87,8 @@ def _handling(vehicle: Vehicle) -> list[Finding]:
     if body is None:
         return []
     found = []
+    if vehicle.chassis.wheel_count != 4 or vehicle.chassis.wheel_inertia_kgm2 == 0.0:
+        found.append(Finding("error", "chassis", "a car with a body needs four wheels with inertia"))
     tips = 0.5 * min(body.front_track_m, body.rear_track_m) / body.cog_height_m
     if tips < 0.7:
         found.append(Finding("warning", "body.cog_height_m", f"tips over at {tips:.2f} g"))

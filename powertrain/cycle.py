@@ -63,7 +63,10 @@ def drive_cycle(vehicle: Vehicle, t: ArrayLike, v: ArrayLike, slope: ArrayLike =
     t, v = np.asarray(t, dtype=np.float64), np.asarray(v, dtype=np.float64)
     if t.ndim != 1 or t.shape != v.shape or len(t) < 2:
         raise VehicleError(f"a cycle needs at least two times and as many speeds, found shapes {t.shape} and {v.shape}")
-    slope = np.broadcast_to(np.asarray(slope, dtype=np.float64), (len(t) - 1,))
+    slope = np.asarray(slope, dtype=np.float64)
+    if slope.shape not in ((), (len(t) - 1,)):
+        raise VehicleError(f"a cycle of {len(t)} times with slopes of shape {slope.shape}, expected one slope, or one per interval")
+    slope = np.broadcast_to(slope, (len(t) - 1,))
     good = np.isfinite(t[1:]) & (np.diff(t) > 0.0) & (v[1:] >= 0.0) & (v[:-1] >= 0.0) & np.isfinite(v[1:] + v[:-1]) & np.isfinite(slope)
     if not np.all(good) or not np.any(v > 0.0):
         at = int(np.argmin(good))

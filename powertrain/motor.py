@@ -99,7 +99,8 @@ def weakening_current(drive: Drive, torque: Any, speed: Any) -> Any:
     p = _weakening(drive)
     i_q = torque / torque_constant(drive)
     flux = p.dc_voltage_v / np.sqrt(3.0) / (drive.pole_pairs * np.fmax(abs(speed), 1e-6))
-    room = np.sqrt(np.fmax(flux**2 - (p.inductance_h * i_q) ** 2, 0.0))
+    # the smallest flux keeps the root's derivative finite for who optimises over it
+    room = np.sqrt(np.fmax(flux**2 - (p.inductance_h * i_q) ** 2, 1e-18))
     return np.fmin(room - drive.magnet_flux_wb, 0.0) / p.inductance_h
 
 

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+#: No drive has torques (Nm), speeds (rad/s, rpm) or losses (W) beyond this.
+_LARGEST = 1e7
 _COLUMNS = "torque_nm, speed_radps or speed_rpm, loss_w or efficiency"
 
 
@@ -102,7 +104,8 @@ class MotorMap:
         """`drive` with the constants of (3.39) that come nearest to this map, so that planners see its losses.
 
         (3.39) has the same losses for driving and recuperating; `fit` keeps them apart. The resistance, per-current and speed-dependent terms
-        change, and the gear's efficiency becomes the share of the power that the map loses beyond them.
+        change; what the map loses in proportion to power beyond them joins the gear's efficiency. The map is of motor and inverter: the gear's
+        own efficiency stays as it was declared.
         """
         from scipy.optimize import nnls
 
@@ -119,7 +122,7 @@ class MotorMap:
             eddy_nms=float(eddy),
             inverter_per_current_wpa=float(1.5 * flux * a),
             phase_resistance_ohm=float(max(1.5 * flux**2 * b, 1e-4)),
-            gear_efficiency=float(1.0 - min(share, 0.99)),
+            gear_efficiency=float((1.0 - min(share, 0.99)) * drive.gear_efficiency),
             weakening=None,
         )
 
@@ -156,8 +159,8 @@ def _numbers(path: Path, number: int, row: list[str], count: int) -> list[float]
         values = [float(word) for word in row]
     except ValueError:
         raise VehicleError(f"{path}, line {number}: found {', '.join(row)!r}, expected numbers") from None
-    if not np.all(np.isfinite(values)):
-        raise VehicleError(f"{path}, line {number}: found {', '.join(row)!r}, expected finite numbers")
+    if not np.all(np.isfinite(values)) or np.max(np.abs(values)) > _LARGEST:
+        raise VehicleError(f"{path}, line {number}: found {', '.join(row)!r}, expected finite numbers up to {_LARGEST:g}")
     return values
 
 
@@ -169,10 +172,16 @@ def _checked(path: Path, numbers: list[int], torque: Floats, speed: Floats, colu
         if np.any(bad := (efficiency <= 0.0) | (efficiency > 1.0)):
             at = int(np.argmax(bad))
             raise VehicleError(f"{path}, line {numbers[at]}: efficiency {efficiency[at]:g}, expected above 0 and at most 1")
+        # an efficiency says nothing where no power passes
+        useful = power != 0.0
+        torque, speed, efficiency, power = torque[useful], speed[useful], efficiency[useful], power[useful]
+        if len(power) < 12:
+            raise VehicleError(f"{path}: {len(power)} operating points with power, expected at least 12 where efficiency is given")
         loss = np.where(power >= 0.0, power / efficiency - power, -power * (1.0 - efficiency))
     if np.any(loss < 0.0):
         at = int(np.argmax(loss < 0.0))
         raise VehicleError(f"{path}, line {numbers[at]}: loss {loss[at]:g} W, expected none below zero")
-    if np.ptp(torque) == 0.0 or np.ptp(speed) == 0.0:
-        raise VehicleError(f"{path}: all points have the same torque or the same speed, expected a map over both")
+    spread = np.column_stack([torque, speed]) - [np.mean(torque), np.mean(speed)]
+    if np.linalg.matrix_rank(spread / np.maximum(np.abs(spread).max(axis=0), 1e-300), tol=1e-6) < 2:
+        raise VehicleError(f"{path}: all points have the same torque or speed, or lie on a line, expected a map over both")
     return MotorMap(str(path), torque, speed, loss)

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 _BATTERY = ("chemical", "terminal", "heat", "polarisation")
+#: Limits of the cell that a drive may pass.
+LIMITS = ("voltage", "current", "soc", "temperature")
 
 
 class _PackOnPower:
@@ -48,7 +50,9 @@ class _PackOnPower:
         return self.pack.derivative(x, self.pack.current_from_power(u[0], x).current, u[1])
 
     def flows(self, x: Sequence[Any], u: Sequence[Any]) -> list[Any]:
-        return list(self.pack.powers(x, self.pack.current_from_power(u[0], x).current))
+        """Powers in the order of `_BATTERY`, then the current."""
+        current = self.pack.current_from_power(u[0], x).current
+        return [*self.pack.powers(x, current), current]
 
 
 @dataclass(frozen=True)
@@ -61,7 +65,8 @@ class PlantLedger:
             `polarisation`.
         kept: change of the energy of motion, springs and pads.
         imbalance: by part (`battery`, `bus`, `body`, `whole`), what does not add up, over the energy that passed through it.
-        unserved: energy that was drawn although the battery could not give it; zero for a drive within its limits.
+        unserved: energy that was drawn although no current of the battery gives that power.
+        outside: seconds beyond each of the cell's `LIMITS`. The plant does not cut the power there: whoever drives it has to.
     """
 
     duration: float
@@ -69,6 +74,7 @@ class PlantLedger:
     kept: float
     imbalance: dict[str, float]
     unserved: float
+    outside: dict[str, float]
 
     def __str__(self) -> str:
         rows = [
@@ -86,6 +92,8 @@ class PlantLedger:
         lines.append("does not add up: " + ", ".join(f"{part} {share:.1e}" for part, share in self.imbalance.items()))
         if self.unserved:
             lines.append(f"beyond what the battery gives: {self.unserved / 1e3:.3f} kJ")
+        if passed := {name: seconds for name, seconds in self.outside.items() if seconds > 0.0}:
+            lines.append("beyond the cell's limits: " + ", ".join(f"{name} for {seconds:.2f} s" for name, seconds in passed.items()))
         return "\n".join(lines)
 
 
@@ -129,7 +137,7 @@ class Plant:
         self._spent = np.zeros(len(FLOWS))
         self._turned = np.zeros(len(FLOWS))
         self._cell = np.zeros(len(_BATTERY))
-        self._asked = 0.0
+        self._outside = dict.fromkeys(LIMITS, 0.0)
         self._before = kept(self.body, list(self.state))
         self._electric = np.array([name in (*ELECTRIC, "motor", "steering_work") for name in FLOWS])
 
@@ -163,10 +171,26 @@ class Plant:
         auxiliary = float(converter_input(self.electrics, self.electrics.auxiliary_w))
         power = self._owed / self._battery.dt + auxiliary
         self.battery_state = self._battery.step(self.battery_state, [power, self._ambient])
-        self._cell += self._battery.integrals
-        self._asked += power * self._battery.dt
-        self._unserved += max(power * self._battery.dt - float(self._battery.integrals[1]), 0.0) if not self._feasible(power) else 0.0
+        drawn = self._battery.integrals
+        self._cell += drawn[:-1]
+        self._watch(float(drawn[1]), float(drawn[-1]))
+        self._unserved += max(power * self._battery.dt - float(drawn[1]), 0.0) if not self._feasible(power) else 0.0
         self._owed = 0.0
+
+    def _watch(self, energy: float, charge: float) -> None:
+        """Count the time outside of the cell's limits, from the last step's energy (J) and charge (As) at the terminals."""
+        limits, dt = self.pack.cell.limits, self._battery.dt
+        current = charge / dt / self.pack.parallel
+        voltage = energy / charge / self.pack.series if charge != 0.0 else limits.voltage_min_v
+        soc, temperature = float(self.battery_state[0]), float(self.battery_state[-1])
+        beyond = (
+            not limits.voltage_min_v <= voltage <= limits.voltage_max_v,
+            not -limits.charge_peak_a <= current <= limits.discharge_peak_a,
+            not limits.soc_min <= soc <= limits.soc_max,
+            not limits.temperature_min_degc <= temperature - 273.15 <= limits.temperature_max_degc,
+        )
+        for name, outside in zip(LIMITS, beyond, strict=True):
+            self._outside[name] += dt * outside
 
     def _feasible(self, power: float) -> bool:
         # far below the largest power there is no need to ask the cell
@@ -191,4 +215,4 @@ class Plant:
         passed = {"battery": sum(abs(energy[name]) for name in _BATTERY), "bus": 2.0 * abs(energy["terminal"]), "body": float(np.sum(self._turned))}
         imbalance = {name: abs(gap) / max(passed[name], 1e-9) for name, gap in gaps.items()}
         imbalance["whole"] = abs(sum(gaps.values())) / max(passed["battery"] + passed["body"], 1e-9)
-        return PlantLedger(self.time, energy, change, imbalance, self._unserved)
+        return PlantLedger(self.time, energy, change, imbalance, self._unserved, dict(self._outside))

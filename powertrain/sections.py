@@ -12,6 +12,7 @@ Count = Annotated[int, msgspec.Meta(ge=1, le=8)]
 Fraction = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 Efficiency = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 Angle = Annotated[float, msgspec.Meta(ge=0.0, le=1.7453292519943295)]
+Lever = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
 Kelvin = Annotated[float, msgspec.Meta(gt=150.0, lt=1000.0)]
 Axles = Literal["front", "rear", "all"]
 
@@ -175,8 +176,8 @@ class Steering(Section, frozen=True, kw_only=True):
     gear_drag_nm: NotNegative = 0.0
     motor_inertia_kgm2: NotNegative
     wheel_yaw_inertia_kgm2: NotNegative
-    caster_trail_m: float = 0.0
-    scrub_radius_m: float = 0.0
+    caster_trail_m: Lever = 0.0
+    scrub_radius_m: Lever = 0.0
     contact_radius_m: NotNegative
     inverter_constant_w: NotNegative = 0.0
     inverter_per_current_wpa: NotNegative = 0.0
@@ -203,7 +204,6 @@ class Brakes(Section, frozen=True, kw_only=True):
     front_torque_max_nm: NotNegative
     rear_torque_max_nm: NotNegative
     lag_s: Positive = 0.05
-    actuator_w: NotNegative = 0.0
     presliding_rad: Positive = 0.01
     sliding_time_s: Positive = 0.002
 

@@ -31,6 +31,8 @@ class Contact(NamedTuple):
     #: the tyre's own aligning moment, Nm, and friction coefficient
     aligning: Any = 0.0
     friction: Any = 1.0
+    #: 1 for a wheel on the left, -1 on the right: longitudinal forces pull the two about their king pins in opposite directions
+    left: float = 1.0
 
 
 class SteeringPower(NamedTuple):
@@ -73,7 +75,7 @@ def bore_torque(steering: Steering, rate: Any, contact: Contact) -> Any:
 
 def aligning_torque(steering: Steering, contact: Contact) -> Any:
     """Torque about the king pin in Nm that the drive holds against the tyre's aligning moment and its forces on caster trail and scrub radius."""
-    return contact.side * steering.caster_trail_m - contact.aligning + contact.longitudinal * steering.scrub_radius_m
+    return contact.side * steering.caster_trail_m - contact.aligning + contact.left * contact.longitudinal * steering.scrub_radius_m
 
 
 def steering_power(steering: Steering, rate: Any, acceleration: Any, contact: Contact) -> SteeringPower:

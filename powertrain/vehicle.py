@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import re
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import msgspec
 
 from .errors import VehicleError
-from .sections import Battery, Body, Brakes, Chassis, Drive, Electrics, Limits, Resistance, Section, Steering, Thermal, TyreFile, Weakening
+from .sections import Battery, Body, Brakes, Chassis, Drive, Electrics, Limits, Resistance, Section, Steering, TyreFile
+from .toml_file import find, on_shelf, read_toml
 from .tyre.linear import LinearTyre
 from .tyre.magic import MagicTyre
 
@@ -90,28 +89,9 @@ class Vehicle(Section, frozen=True, kw_only=True):
         return cast("_T", found)
 
 
-#: Where each section of a file is described, for messages.
-_SECTIONS: dict[str, type[Section]] = {
-    "": Vehicle,
-    "chassis": Chassis,
-    "resistance": Resistance,
-    "drive": Drive,
-    "drive.weakening": Weakening,
-    "drive.thermal": Thermal,
-    "limits": Limits,
-    "body": Body,
-    "steering": Steering,
-    "brakes": Brakes,
-    "electrics": Electrics,
-    "battery": Battery,
-    "tyre": TyreFile,
-    "rear_tyre": TyreFile,
-}
-
-
 def shipped() -> list[str]:
     """Names of the cars that ship with the package."""
-    return sorted(path.stem for path in SHELF.glob("*.toml"))
+    return on_shelf(SHELF)
 
 
 def load_vehicle(name_or_path: str | PathLike[str]) -> Vehicle:
@@ -120,23 +100,8 @@ def load_vehicle(name_or_path: str | PathLike[str]) -> Vehicle:
     Raises:
         VehicleError: no such car, or a file that is not TOML, lacks a key, has an unknown one or a value out of range.
     """
-    path = Path(name_or_path)
-    if path.suffix == "" and not path.is_file():
-        if str(name_or_path) not in shipped():
-            raise VehicleError(f"{name_or_path}: no such file and no shipped vehicle, expected a TOML file or one of {', '.join(shipped())}")
-        path = SHELF / f"{name_or_path}.toml"
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise VehicleError(f"{path}: no such file") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise VehicleError(f"{path}: not TOML: {error}") from None
-    except OSError as error:
-        raise VehicleError(f"{path}: cannot be read: {error.strerror}") from None
-    try:
-        return _with_files(msgspec.convert(table, Vehicle), path.parent)
-    except msgspec.ValidationError as error:
-        raise VehicleError(f"{path}: {_explain(str(error), table)}") from None
+    path = find(name_or_path, SHELF, "vehicle")
+    return _with_files(read_toml(path, Vehicle), path.parent)
 
 
 def _with_files(vehicle: Vehicle, folder: Path) -> Vehicle:
@@ -164,21 +129,3 @@ def _tyre_model(tyre: Any) -> Any:
 
         return read_tir(tyre.file)
     return tyre
-
-
-def _explain(message: str, table: dict[str, Any]) -> str:
-    """The validator's message with the key in plain dots and the value that was found."""
-    text, _, place = message.partition(" - at `$")
-    key = place.strip("`.")
-    field = re.search(r"field `(\w+)`", text)
-    if field:
-        dotted = f"{key}.{field[1]}" if key else field[1]
-        if "unknown" not in text:
-            return f"key {dotted} is missing"
-        section = key or "a vehicle"
-        return f"unknown key {dotted}, expected in {section} only {', '.join(_SECTIONS.get(key, Vehicle).__struct_fields__)}"
-    value: Any = table
-    for word in filter(None, key.split(".")):
-        value = value.get(word) if isinstance(value, dict) else value
-    found = f"{key}: " if isinstance(value, dict) else f"{key} is {value!r}, "
-    return f"{found if key else ''}{text[0].lower()}{text[1:]}".replace("`", "")

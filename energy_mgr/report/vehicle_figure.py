@@ -64,7 +64,7 @@ def _draw_map(axes: Axes, vehicle: Vehicle) -> None:
     axes.set_xlabel("motor speed in rpm")
     axes.set_ylabel("torque of one motor in Nm")
     what = "measured map" if drive.map else "loss model"
-    axes.set_title(f"{vehicle.name}\nefficiency of motor, inverter and gear ({what})", fontsize=7.5, loc="left")
+    axes.set_title(f"{vehicle.name}\nefficiency of motor, inverter and gear ({what})", fontsize=7.5, loc="left", parse_math=False)
 
 
 def _draw_losses(axes: Axes, vehicle: Vehicle) -> None:

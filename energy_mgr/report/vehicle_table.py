@@ -90,7 +90,9 @@ def _consumption_lines(vehicle: Vehicle) -> list[str]:
     cycle = cycles.load(CYCLE)
     ledger = drive_cycle(vehicle, cycle.t, np.minimum(cycle.v, vehicle.limits.speed_max_mps))
     parts = ", ".join(f"{name} {value / ledger.energy:.0%}" for name, value in ledger.components.items() if value > 0.005 * ledger.energy)
-    lines = [f"consumption    {ledger.consumption / KWH * 1e5:.1f} kWh/100 km from the battery on the WLTC ({parts})"]
+    slow = f" at {KMH * vehicle.limits.speed_max_mps:.0f} km/h at most" if np.max(cycle.v) > vehicle.limits.speed_max_mps else ""
+    slow += f", falling behind by {KMH * ledger.missed:.0f} km/h" if ledger.missed > 0.1 else ""
+    lines = [f"consumption    {ledger.consumption / KWH * 1e5:.1f} kWh/100 km from the battery on the WLTC{slow} ({parts})"]
     if vehicle.battery is None:
         return lines
     cell, pack = load_cell(vehicle.battery.cell), vehicle.battery

@@ -60,11 +60,16 @@ def model_of(cell: Cell) -> CellModel:
     return _MODELS[cell.model]
 
 
-def ohmic_varies(cell: Cell) -> bool:
-    """Whether the resistance that acts at once depends on current."""
-    section = cell.mesc or cell.esc or cell.rc
-    ohmic = section.ohmic_ohm if section else 0.0
-    return isinstance(ohmic, Table) and ohmic.current_a is not None
+def varies(cell: Cell) -> bool:
+    """Whether a resistance of the cell depends on current."""
+    tables: list[Any] = []
+    if cell.mesc:
+        tables = [cell.mesc.ohmic_ohm, cell.mesc.resistance_ohm, *cell.mesc.stage_ohm]
+    elif cell.esc:
+        tables = [cell.esc.ohmic_ohm, cell.esc.resistance_ohm]
+    elif cell.rc:
+        tables = [cell.rc.ohmic_ohm, *(pair.resistance_ohm for pair in cell.rc.pairs)]
+    return any(isinstance(table, Table) and table.current_a is not None for table in tables)
 
 
 def states(cell: Cell) -> tuple[str, ...]:

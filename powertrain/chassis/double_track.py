@@ -5,7 +5,8 @@ on the ground. A body that leans by phi > 0 (to the right) carries its centre to
 v_y + h phi'; likewise v_x - h theta' under pitch theta > 0 (nose down). Tyre forces act through exactly these velocities, which makes the power
 balance of the model exact. Wheel loads follow from the moments of springs and dampers, hence without algebraic loop.
 
-Left out: the tyres' aligning moment on the yaw motion, wheel hop, the pitch reaction of wheel spin, roll-centre geometry, camber.
+Left out: the tyres' aligning moment on the yaw motion, wheel hop, wheels that lift (their load ends at zero, the others' does not fall for it), the
+pitch reaction of wheel spin, roll-centre geometry, camber.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..brake import brake_torque, hold_rate
+from ..errors import VehicleError
 from ..motor import torque_limits
 from ..resistance import drag_force, rolling_coefficient
 from ..sections import Body, Brakes, Steering
@@ -33,21 +35,25 @@ class DoubleTrack:
     """The plant of one car: names of its states and inputs, derivative, wheels.
 
     All states and inputs are SI; angles in rad. Inputs: `torque_cmd_<motor>` per motor in Nm, `brake_cmd_<wheel>` clamped friction torque in Nm,
-    `steer_cmd_<wheel>` in rad for the steered wheels, `grade` and `bank` as slopes dz over d way (uphill, left side up), `friction` scaling the
-    tyres.
+    `steer_cmd_<wheel>` in rad for the steered wheels, all cut to what motors, brakes and steering can do; `grade` and `bank` as slopes dz over d way
+    (uphill, left side up), `friction` scaling the tyres.
     """
 
     def __init__(self, vehicle: Vehicle) -> None:
         """The plant of `vehicle`.
 
         Raises:
-            VehicleError: the description lacks a section that the plant needs.
+            VehicleError: the description lacks a section that the plant needs, or has no four wheels with inertia.
         """
         self.vehicle = vehicle
         self.body = vehicle.need("body", Body)
         self.brakes = vehicle.need("brakes", Brakes)
         self.steering = vehicle.need("steering", Steering)
         front, rear = vehicle.tyres()
+        if vehicle.chassis.wheel_count != 4 or vehicle.chassis.wheel_inertia_kgm2 == 0.0:
+            chassis = vehicle.chassis
+            found = f"chassis has {chassis.wheel_count} wheels of {chassis.wheel_inertia_kgm2} kg m^2"
+            raise VehicleError(f"{vehicle.name}: {found}, expected four with inertia for the double track")
         self.tyres: tuple[Any, ...] = (front, front, rear, rear)
         self.motors = tuple(str(k + 1) for k in range(vehicle.drive.motor_count))
         steered = self.steering.steered_wheels
@@ -101,7 +107,7 @@ class DoubleTrack:
             brake = brake_torque(self.brakes, s[f"clamp_{name}"], s[f"omega_{name}"], s[f"hold_{name}"])
             torques.append(drive - brake - wheel.rolling - radius * wheel.longitudinal)
             rate[f"u_{name}"], rate[f"w_{name}"] = wheel.u_rate, wheel.w_rate
-            rate[f"hold_{name}"] = hold_rate(self.brakes, s[f"omega_{name}"], s[f"hold_{name}"])
+            rate[f"hold_{name}"] = hold_rate(self.brakes, s[f"clamp_{name}"], s[f"omega_{name}"], s[f"hold_{name}"])
         rate |= {f"omega_{name}": spin for name, spin in zip(WHEELS, self._spins(torques), strict=True)}
         return [rate[name] for name in self.states]
 
@@ -122,8 +128,8 @@ class DoubleTrack:
         across_front, across_rear = b.roll_front_share * roll / b.front_track_m, (1.0 - b.roll_front_share) * roll / b.rear_track_m
         return [np.fmax(load, 0.0) for load in (front - across_front, front + across_front, rear - across_rear, rear + across_rear)]
 
-    def wheels(self, s: dict[str, Any], c: dict[str, Any]) -> list[Wheel]:
-        """The four wheels on the road for states `s` and inputs `c` by name."""
+    def wheels(self, s: dict[str, Any], c: dict[str, Any], *, powers: bool = False) -> list[Wheel]:
+        """The four wheels on the road for states `s` and inputs `c` by name; `powers` as in `wheel_on_road`."""
         b, loads = self.body, self.loads(s, c)
         v_x, v_y = s["v_x"] - b.cog_height_m * s["pitch_rate"], s["v_y"] + b.cog_height_m * s["roll_rate"]
         rolling = rolling_coefficient(self.vehicle, np.fabs(s["v_x"]))
@@ -138,7 +144,7 @@ class DoubleTrack:
                 w=s[f"w_{name}"],
                 load=loads[k],
             )
-            found.append(wheel_on_road(self.tyres[k], self.vehicle.chassis.wheel_radius_m, patch, c["friction"], rolling))
+            found.append(wheel_on_road(self.tyres[k], self.vehicle.chassis.wheel_radius_m, patch, c["friction"], rolling, powers=powers))
         return found
 
     def drive_torques(self, s: dict[str, Any]) -> list[Any]:
@@ -153,6 +159,12 @@ class DoubleTrack:
             if motor is not None:
                 speeds[motor] = speeds[motor] + self._share * s[f"omega_{name}"]
         return speeds
+
+    def _torque_range(self, speed: Any) -> tuple[Any, Any]:
+        """Largest torque forwards and backwards at a motor speed in rad/s, Nm: driving or recuperating, as the motor turns."""
+        drive, regen = torque_limits(self.vehicle.drive, speed)
+        forward, backward = np.fmax(np.fmin(1.0 + speed, 1.0), 0.0), np.fmax(np.fmin(1.0 - speed, 1.0), 0.0)
+        return regen + (drive - regen) * forward, regen + (drive - regen) * backward
 
     def _spins(self, torques: list[Any]) -> list[Any]:
         """Angular accelerations of the wheels in rad/s^2 under `torques` in Nm, rotors included.
@@ -209,13 +221,15 @@ class DoubleTrack:
         drive, steering = self.vehicle.drive, self.steering
         rate: dict[str, Any] = {}
         for motor, speed in zip(self.motors, self.motor_speeds(s), strict=True):
-            most, least = torque_limits(drive, speed)
-            wanted = np.fmax(np.fmin(c[f"torque_cmd_{motor}"], most), -least) - s[f"torque_{motor}"]
+            forward, backward = self._torque_range(speed)
+            wanted = np.fmax(np.fmin(c[f"torque_cmd_{motor}"], forward), -backward) - s[f"torque_{motor}"]
             rate[f"torque_{motor}"] = drive.torque_rate_nmps * saturated(wanted * (1.0 / (drive.torque_lag_s * drive.torque_rate_nmps)))
-        for wheel in WHEELS:
-            rate[f"clamp_{wheel}"] = (c[f"brake_cmd_{wheel}"] - s[f"clamp_{wheel}"]) * (1.0 / self.brakes.lag_s)
+        brakes = (self.brakes.front_torque_max_nm,) * 2 + (self.brakes.rear_torque_max_nm,) * 2
+        for wheel, most in zip(WHEELS, brakes, strict=True):
+            rate[f"clamp_{wheel}"] = (np.fmax(np.fmin(c[f"brake_cmd_{wheel}"], most), 0.0) - s[f"clamp_{wheel}"]) * (1.0 / self.brakes.lag_s)
         for wheel in self.steered:
-            wanted = (c[f"steer_cmd_{wheel}"] - s[f"delta_{wheel}"]) * (1.0 / (steering.lag_s * steering.rate_max_radps))
+            angle = np.fmax(np.fmin(c[f"steer_cmd_{wheel}"], steering.angle_max_rad), -steering.angle_max_rad)
+            wanted = (angle - s[f"delta_{wheel}"]) * (1.0 / (steering.lag_s * steering.rate_max_radps))
             limited = steering.rate_max_radps * saturated(wanted)
             rate[f"delta_{wheel}"] = s[f"delta_rate_{wheel}"]
             rate[f"delta_rate_{wheel}"] = (limited - s[f"delta_rate_{wheel}"]) * (_STEERING / steering.lag_s)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 SOURCES = ("motor", "clamping")
 #: Losses of the moving car, never negative (but for `brake` in the instant a clamped wheel swings back).
 SINKS = ("rolling", "drag", "brake", "tyre", "damping")
-#: Flows into what the car keeps apart from `stored`: height, and the deflection of the tyres.
+#: Flows into what the car keeps apart from `kept`: height, and the deflection of the tyres.
 KEPT = ("slope", "carcass")
 #: Losses of drives and steering, never negative.
 ELECTRIC = ("copper", "iron", "inverter", "friction", "gear", "steering")
@@ -44,7 +44,7 @@ def flows(plant: DoubleTrack, x: Sequence[Any], u: Sequence[Any], temperature: A
         temperature: of the windings, K; None for the warm resistance.
     """
     s, c = plant.named(x, u)
-    wheels = plant.wheels(s, c)
+    wheels = plant.wheels(s, c, powers=True)
     rate = dict(zip(plant.states, plant.derivative(x, u), strict=True))
     body, weight = plant.body, plant.weight(c)
     found: dict[str, Any] = {
@@ -83,7 +83,7 @@ def _brakes(plant: DoubleTrack, s: dict[str, Any], rate: dict[str, Any]) -> dict
     for name in WHEELS:
         clamp, omega, hold = s[f"clamp_{name}"], s[f"omega_{name}"], s[f"hold_{name}"]
         stretch = plant.brakes.presliding_rad * hold
-        heat = heat + brake_torque(plant.brakes, clamp, omega, hold) * omega - clamp * stretch * hold_rate(plant.brakes, omega, hold)
+        heat = heat + brake_torque(plant.brakes, clamp, omega, hold) * omega - clamp * stretch * hold_rate(plant.brakes, clamp, omega, hold)
         clamping = clamping + 0.5 * rate[f"clamp_{name}"] * stretch * hold
     return {"brake": heat, "clamping": clamping}
 
@@ -104,8 +104,8 @@ def _steering(plant: DoubleTrack, s: dict[str, Any], c: dict[str, Any], rate: di
     for name, wheel in zip(WHEELS, wheels, strict=True):
         if name not in plant.steered:
             continue
-        omega = s[f"omega_{name}"] * plant.vehicle.chassis.wheel_radius_m
-        contact = Contact(wheel.side, wheel.longitudinal, wheel.load, omega, wheel.aligning, c["friction"])
+        left = 1.0 if name.endswith("l") else -1.0
+        contact = Contact(wheel.side, wheel.longitudinal, wheel.load, wheel.ground_speed, wheel.aligning, c["friction"], left)
         power = steering_power(plant.steering, s[f"delta_rate_{name}"], rate[f"delta_rate_{name}"], contact)
         work = work + power.acceleration + power.aligning
         lost = lost + power.bore + power.gear + power.copper + power.iron + power.inverter + power.friction

@@ -3,8 +3,10 @@
 Corrected against the source as its errata say: the smooth lower bound of the speed is (v + sqrt(v^2 + 4 v_min^2)) / 2, and the slip angles divide by
 v cos(beta). (C.5) and (C.6), which are lost, are taken as quasi-static wheels: torque over radius less rolling resistance.
 
-Through standstill. Rolling resistance holds the car where the drive does not overcome it: it takes the value that brings the car to rest within
-`_STOP`, but not more than it has. Side slip and yaw rate, which the tyre equations do not determine at rest, fade out below `v_min`.
+Through standstill, forwards. Rolling resistance holds the car where the drive does not overcome it: it takes the value that brings the car to rest
+within `_STOP`, but not more than it has. Torque against the motion brakes the car to rest and holds it there; the model does not drive backwards.
+Side forces, side slip and yaw rate, which the tyre equations do not determine at rest, fade out below `v_min`. Up to about 1 m/s the lower bound of
+the speed makes slip angles of turned wheels too large, as it does in the source: with both axles turned far, the model may not drive off.
 """
 
 from __future__ import annotations
@@ -58,12 +60,13 @@ class SingleTrack:
         held = self._rolling(drive_f + drive_r, v)
         long_f = drive_f - held * b.rear_axle_m / b.wheelbase_m
         long_r = drive_r - held * b.front_axle_m / b.wheelbase_m
+        # one where the car moves, zero at rest
+        share = v * v / (v * v + self.v_min**2 * np.exp(-((v / self.v_min) ** 2)) + 1e-12)
+        side_f, side_r = share * side_f, share * side_r
         cos_f, sin_f, cos_r, sin_r = np.cos(u[4]), np.sin(u[4]), np.cos(u[5]), np.sin(u[5])
         front_x, front_y = cos_f * long_f - sin_f * side_f, cos_f * side_f + sin_f * long_f
         rear_x, rear_y = cos_r * long_r - sin_r * side_r, cos_r * side_r + sin_r * long_r
         f_x, f_y = front_x + rear_x - drag_force(self.vehicle, v * np.fabs(v)), front_y + rear_y
-        # one where the car moves, zero at rest
-        share = v * v / (v * v + self.v_min**2 * np.exp(-((v / self.v_min) ** 2)) + 1e-12)
         rest = (1.0 - share) / _STOP
         return [
             share * ((cos * f_y - sin * f_x) / (mass * moving) - yaw_rate) - rest * beta,
@@ -81,7 +84,7 @@ class SingleTrack:
         return 2.0 * self.tyres[axle].forces(0.0, alpha, load).lateral
 
     def _rolling(self, drive: Any, v: Any) -> Any:
-        """Rolling resistance in N against the motion; at rest, what holds the car against `drive` (N) if it can."""
+        """Rolling resistance in N against the motion; at rest, what holds the car against `drive` (N): backwards anything, forwards what it has."""
         mass = self.vehicle.chassis.mass_kg
         most = mass * GRAVITY * rolling_coefficient(self.vehicle, np.fabs(v))
-        return np.fmax(np.fmin(drive + mass * v / _STOP, most), -most)
+        return np.fmin(drive + mass * v / _STOP, most)

@@ -2,11 +2,13 @@
 
 Each patch has a longitudinal and a lateral deflection u, w:
 
-    u' = V_x - (|v| + leak) u / sigma_x,    kappa = u / sigma_x        V_x = omega R - v_along
-    w' = V_y - (|v| + leak) w / sigma_y,    tan(alpha) = w / sigma_y   V_y = -v_across
+    u' = V_x - leak_x,    kappa = u / sigma_x         V_x = omega R - v_along
+    w' = V_y - leak_y,    tan(alpha) = w / sigma_y    V_y = -v_across
 
-At speed that is the first-order relaxation of slip; at rest it is a spring, so a car stands on its tyres without creep and without a singular slip.
-Near rest a damping adds to the slip; far beyond any useful slip the leak keeps the deflection finite.
+with the leak |v| times slip. At speed that is the first-order relaxation of slip; at rest it is a spring, so a car stands on its tyres without creep
+and without a singular slip. Two more leaks keep the spring physical. Near rest a patch that slides sheds what the tyre's force does not hold: a
+carcass is stretched by F / k, not by the slip of a locked wheel. And far beyond any useful slip the deflection stays finite. Near rest a damping adds
+to the slip.
 """
 
 from __future__ import annotations
@@ -17,8 +19,10 @@ import numpy as np
 
 #: Damping of the standing tyre, s: slip added per sliding speed over relaxation length. Near a tenth of the car's period on its tyres.
 _DAMPING = 0.01
-#: It fades out beyond this speed, m/s.
+#: It fades out beyond this speed, m/s; so does the shedding.
 _STANDING = 1.0
+#: Slip that a sliding patch keeps beyond what its force holds, and the sliding speed (m/s) from which the shedding grows no faster.
+_SHED_SLIP, _SHED_SPEED = 0.02, 1.0
 #: Slip at which the leak of the deflections sets in.
 _SLIP_LIMIT = 3.0
 #: Rolling resistance changes its sign within about this speed, m/s.
@@ -46,9 +50,8 @@ class Wheel(NamedTuple):
     carcass: Any
     #: rolling resistance torque, Nm
     rolling: Any
-    #: longitudinal slip and side slip angle (rad) that the tyre sees
-    kappa: Any
-    alpha: Any
+    #: speed of the patch over the ground, m/s
+    ground_speed: Any
 
 
 class Patch(NamedTuple):
@@ -73,7 +76,7 @@ def saturated(x: Any) -> Any:
     return x / np.sqrt(1.0 + x * x)
 
 
-def wheel_on_road(tyre: Any, radius: float, patch: Patch, friction: Any, rolling_coefficient: Any) -> Wheel:
+def wheel_on_road(tyre: Any, radius: float, patch: Patch, friction: Any, rolling_coefficient: Any, *, powers: bool = False) -> Wheel:
     """Forces and rates of one wheel.
 
     Args:
@@ -82,20 +85,25 @@ def wheel_on_road(tyre: Any, radius: float, patch: Patch, friction: Any, rolling
         patch: motion, deflections and load.
         friction: scales the tyre.
         rolling_coefficient: rolling resistance over load.
+        powers: tell springs and damping of the tyre apart, which `slip_loss` and `carcass` need; else these two mean nothing.
     """
     along, across, turn = _wheel_frame(patch)
     sliding = patch.omega * radius - along
     sigma_x, sigma_y = tyre.relaxation(patch.load)
     per_x, per_y = 1.0 / sigma_x, 1.0 / sigma_y
     slip, tan = patch.u * per_x, patch.w * per_y
-    damping = _DAMPING / (1.0 + (along * (1.0 / _STANDING)) ** 2)
+    rest = 1.0 / (1.0 + (along * (1.0 / _STANDING)) ** 4)
+    damping = _DAMPING * rest
     kappa, alpha = slip + damping * sliding * per_x, np.arctan(tan - damping * across * per_y)
     forces = tyre.forces(kappa, alpha, patch.load, friction=friction)
     f_x, f_y = forces.longitudinal, forces.lateral
-    far = 1.0 / _SLIP_LIMIT**2
-    u_rate = sliding - (np.fabs(along) + far * np.fabs(sliding) * slip**2) * slip
-    w_rate = -across - (np.fabs(along) + far * np.fabs(across) * tan**2) * tan
-    carcass = f_x * u_rate + f_y * w_rate
+    stiffness = np.fmax(tyre.slip_stiffness(patch.load), 1.0), np.fmax(tyre.cornering_stiffness(patch.load), 1.0)
+    leak_x = _leak(along, sliding, slip, f_x / stiffness[0], rest)
+    leak_y = _leak(along, across, tan, f_y / stiffness[1], rest)
+    u_rate, w_rate = sliding - leak_x, -across - leak_y
+    # what the springs alone would hold; the rest of the force is the damping's
+    spring = tyre.forces(slip, np.arctan(tan), patch.load, friction=friction) if powers else forces
+    s_x, s_y = spring.longitudinal, spring.lateral
     return Wheel(
         load=patch.load,
         longitudinal=f_x,
@@ -105,12 +113,18 @@ def wheel_on_road(tyre: Any, radius: float, patch: Patch, friction: Any, rolling
         body_y=f_y if turn is None else turn[1] * f_x + turn[0] * f_y,
         u_rate=u_rate,
         w_rate=w_rate,
-        slip_loss=f_x * sliding - f_y * across - carcass,
-        carcass=carcass,
+        slip_loss=s_x * leak_x + s_y * leak_y + (f_x - s_x) * sliding - (f_y - s_y) * across,
+        carcass=s_x * u_rate + s_y * w_rate,
         rolling=rolling_coefficient * patch.load * radius * saturated(patch.omega * (radius / _ROLLING_STEP)),
-        kappa=kappa,
-        alpha=alpha,
+        ground_speed=np.sqrt(along * along + across * across),
     )
+
+
+def _leak(along: Any, sliding: Any, slip: Any, held: Any, rest: Any) -> Any:
+    """By how much a deflection falls behind the sliding of its patch, m/s; `held` is the slip that the force would have on the initial slope."""
+    speed = np.fabs(sliding)
+    shed = rest * (1.0 / _SHED_SLIP) * np.fmin(speed, _SHED_SPEED) * (slip - held)
+    return (np.fabs(along) + (1.0 / _SLIP_LIMIT**2) * speed * slip * slip) * slip + shed
 
 
 def _wheel_frame(patch: Patch) -> tuple[Any, Any, tuple[Any, Any] | None]:

@@ -188,7 +188,7 @@ def test_command_plans_and_writes(tmp_path: Path):
         (["nowhere"], "no such file and no shipped road"),
         (["commute", "--time", "50"], "least possible time is"),
         (["commute", "--time", "soon"], "'soon' is not a valid float"),
-        (["commute", "--vehicle", "beetle"], "one of romo"),
+        (["commute", "--vehicle", "beetle"], "one of compact, dual_motor, romo, van"),
         (["commute", "--corridor", "field"], "is not one of"),
         (["commute", "--margin", "3"], "narrower than the car with its margins at s ="),
         ([], "Missing argument 'ROAD'"),

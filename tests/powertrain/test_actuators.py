@@ -60,17 +60,19 @@ def test_steering_power_is_shaft_power_plus_motor_losses_and_no_loss_is_negative
 def test_a_clamped_brake_slides_with_its_torque_and_holds_with_what_is_asked():
     hold = 0.0
     for _ in range(5000):
-        hold += 1e-4 * float(hold_rate(BRAKES, 20.0, hold))
+        hold += 1e-4 * float(hold_rate(BRAKES, 300.0, 20.0, hold))
     assert brake_torque(BRAKES, 300.0, 20.0, hold) == pytest.approx(300.0, rel=1e-6)
-    assert float(hold_rate(BRAKES, 0.0, 0.4)) == 0.0
+    assert float(hold_rate(BRAKES, 300.0, 0.0, 0.4)) == pytest.approx(0.0, abs=1e-8)
     assert brake_torque(BRAKES, 300.0, 0.0, 0.4) == pytest.approx(120.0)
+    # let go, the pad forgets: pressed on again it does not push the car
+    assert float(hold_rate(BRAKES, 0.0, 0.0, 1.0)) == pytest.approx(-20.0)
     assert brake_torque(BRAKES, 0.0, 20.0, 1.0) == 0.0
 
 
 @given(speed=st.floats(-100, 100), share=st.floats(0, 1))
 def test_braking_heat_is_never_negative_while_the_pad_follows_the_wheel(speed: float, share: float):
     hold = share * np.sign(speed)
-    rate = hold_rate(BRAKES, speed, hold)
+    rate = hold_rate(BRAKES, 200.0, speed, hold)
     heat = brake_torque(BRAKES, 200.0, speed, hold) * speed - 200.0 * BRAKES.presliding_rad * hold * rate
     assert heat >= -1e-9
     assert stored(BRAKES, 200.0, hold) >= 0.0

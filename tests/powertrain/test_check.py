@@ -21,6 +21,9 @@ CASES = [
     ('cell = "nmc_40ah"', 'cell = "lead"', "error", "no such file and no shipped cell"),
     ("power_max_w = 16000.0", "power_max_w = 90000.0", "warning", "the motors take 360 kW"),
     ("phase_resistance_ohm = 0.099", "phase_resistance_ohm = 9.9", "warning", "best efficiency"),
+    ("auxiliary_w = 200.0", "auxiliary_w = 1e8", "warning", "expected below 5 kW"),
+    ("wheel_count = 4", "wheel_count = 8", "error", "needs four wheels with inertia"),
+    ("caster_trail_m = 0.02516", "caster_trail_m = nan", "error", "caster_trail_m is nan"),
     ("rolling_0 = 0.009", "rolling_0 = 0.9", "error", "the car cannot start on a level road"),
     ("drag_coefficient = 0.3 ", "drag_coefficient = 30.0 ", "warning", "but the motors reach"),
 ]

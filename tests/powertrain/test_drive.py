@@ -85,6 +85,21 @@ def test_weakening_current_puts_the_voltage_on_its_limit_and_costs_copper_loss()
     assert more == pytest.approx(1.5 * FIELD.phase_resistance_ohm * i_d**2)
 
 
+@pytest.mark.parametrize(("torque", "speed"), [(60.0, 300.0), (60.0, 900.0), (-40.0, 1100.0), (0.0, 1100.0)])
+def test_dq_power_is_shaft_power_plus_copper_loss(torque: float, speed: float):
+    """3/2 (u_d i_d + u_q i_q) from the voltage equations of the stationary motor, against tau omega + copper loss: 1e-9."""
+    car = msgspec.structs.replace(load_vehicle("compact"), drive=msgspec.structs.replace(FIELD, power_max_w=60e3, torque_max_nm=100.0))
+    electric, r, i_d, i_q = (
+        speed * FIELD.pole_pairs,
+        FIELD.phase_resistance_ohm,
+        float(weakening_current(FIELD, torque, speed)),
+        torque / torque_constant(FIELD),
+    )
+    u_d = r * i_d - electric * WEAK.inductance_h * i_q
+    u_q = r * i_q + electric * (WEAK.inductance_h * i_d + FIELD.magnet_flux_wb)
+    assert 1.5 * (u_d * i_d + u_q * i_q) == pytest.approx(torque * speed + float(motor_losses(car, torque, speed).copper), rel=1e-9, abs=1e-9)
+
+
 def test_an_envelope_beyond_voltage_and_current_is_refused(tmp_path: Path):
     text = (SHELF / "compact.toml").read_text()
     section = "\n[drive.weakening]\ninductance_h = 150e-6\ncurrent_max_a = 530.0\ndc_voltage_v = 200.0\n\n[limits]"
@@ -177,7 +192,7 @@ def test_maps_that_are_no_maps_are_refused(tmp_path: Path):
     with pytest.raises(VehicleError, match="1 operating points, expected at least 12"):
         read_map(tmp_path / "short.csv")
     (tmp_path / "line.csv").write_text("torque_nm,speed_radps,loss_w\n" + "1,2,3\n" * 20)
-    with pytest.raises(VehicleError, match="same torque or the same speed"):
+    with pytest.raises(VehicleError, match="same torque or speed, or lie on a line"):
         read_map(tmp_path / "line.csv")
 
 

@@ -134,6 +134,11 @@ def test_cycles_that_are_none_are_refused(romo: Vehicle, t: list[float], v: list
         drive_cycle(romo, t, v)
 
 
+def test_slopes_of_another_length_are_refused(romo: Vehicle):
+    with pytest.raises(VehicleError, match="expected one slope, or one per interval"):
+        drive_cycle(romo, [0.0, 1.0, 2.0], [1.0, 1.0, 1.0], [0.1, 0.1, 0.1])
+
+
 def test_impossible_speeds_are_refused(romo: Vehicle):
     with pytest.raises(VehicleError, match="expected finite speeds"):
         acceleration_time(romo, float("nan"))

@@ -77,6 +77,40 @@ def test_the_ledger_prints_every_item_that_moved():
     assert "does not add up: battery" in text
 
 
+@pytest.mark.parametrize(("soc", "temperature"), [(0.2, 263.15), (0.02, 298.15), (0.95, 318.15)])
+def test_the_bus_closes_at_full_torque_with_cold_and_empty_cells(soc: float, temperature: float):
+    plant = Plant(load_vehicle("romo"), speed=10.0, soc=soc, temperature=temperature)
+    u = np.array(plant.body.command(torque_cmd=160.0))
+    for _ in range(1200):
+        plant.step(u)
+    assert max(plant.ledger().imbalance.values()) < 1e-9
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_a_full_stop_closes_but_for_the_integrator_at_the_kink_of_dry_friction(name: str):
+    """Wheels that lock and come to rest: the step of 1 ms leaves up to 5e-8 of the body's energy there, and 1e-9 nowhere else."""
+    plant = Plant(load_vehicle(name), speed=25.0)
+    u = np.array(plant.body.command(brake_cmd=1e5))
+    for _ in range(4500):
+        plant.step(u)
+    ledger = plant.ledger()
+    assert max(ledger.imbalance[part] for part in ("battery", "bus")) < 1e-9
+    assert ledger.imbalance["body"] < 1e-7
+    assert min(ledger.energy[loss] for loss in LOSSES) >= 0.0
+
+
+def test_time_beyond_the_limits_of_the_cell_is_counted():
+    plant = Plant(load_vehicle("romo"), speed=10.0, soc=0.0)
+    u = np.array(plant.body.command(torque_cmd=160.0))
+    for _ in range(1000):
+        plant.step(u)
+    outside = plant.ledger().outside
+    assert outside["soc"] == pytest.approx(1.0, abs=0.01)
+    assert outside["voltage"] > 0.5
+    assert outside["temperature"] == 0.0
+    assert "beyond the cell's limits: voltage" in str(plant.ledger())
+
+
 def test_an_empty_battery_says_what_it_could_not_give():
     plant = Plant(load_vehicle("romo"), speed=20.0, soc=0.0)
     # far beyond what the cells can give at any charge

@@ -20,9 +20,14 @@ CASES = [
     ("mass_kg = 1013.0", "mass_kg = 'heavy'", r"chassis\.mass_kg is 'heavy', expected float, got str"),
     ("mass_kg = 1013.0", "mass = 1013.0", r"unknown key chassis\.mass, expected in chassis only mass_kg"),
     ("mass_kg = 1013.0", "", r"key chassis\.mass_kg is missing"),
-    ("[limits]", "[limit]", "unknown key limit, expected in a vehicle only name, chassis"),
+    ("[limits]", "[limit]", "unknown key limit, expected in the file only name, chassis"),
     ("motor_count = 4", "motor_count = 2.5", r"drive\.motor_count is 2\.5, expected int"),
     ("motor_count = 4", "motor_count = ", "not TOML"),
+    ("motor_count = 4", "motor_count = 3", r"drive\.motor_count is '3', expected 1 or 2 or 4"),
+    ('model = "magic"', 'model = "magics"', r"tyre\.model is 'magics', expected linear or magic or mf"),
+    ("shape_factor =", "shap_factor =", r"unknown key tyre\.shap_factor, expected in tyre only nominal_load_n"),
+    ('steered = "all"', 'steered = "left"', r"steering\.steered is 'left', expected all or front or rear"),
+    ("series = 90", "series = 0", r"battery\.series is 0, expected int >= 1"),
 ]
 
 

@@ -79,8 +79,8 @@ P = reference.switched(parameters_vehicle2(), offsets=False, camber=False)
 class AsMultiBody(DoubleTrack):
     """Contact patches that do not feel the body's roll, as in MB."""
 
-    def wheels(self, s, c):
-        return super().wheels(s | {"v_y": s["v_y"] - self.body.cog_height_m * s["roll_rate"]}, c)
+    def wheels(self, s, c, *, powers=False):
+        return super().wheels(s | {"v_y": s["v_y"] - self.body.cog_height_m * s["roll_rate"]}, c, powers=powers)
 
 
 @cache

@@ -239,3 +239,75 @@ def test_batches_of_the_wrong_shape_are_refused(romo: Vehicle):
         MACHINE.batch(np.zeros((3, 4)), np.zeros(15))
     with pytest.raises(VehicleError, match="expected a positive time"):
         Machine(PLANT, 0.0)
+
+
+def test_steering_drives_are_given_the_forces_of_their_own_wheels():
+    """The plant's steering power, wheel by wheel from the tyre model and (3.40), written out here."""
+    steering = PLANT.steering
+    rng = np.random.default_rng(9)
+    x = np.array(PLANT.initial(12.0)) + 0.01 * rng.standard_normal(len(PLANT.states))
+    u = PLANT.command(torque_cmd=20.0, steer_cmd_fl=0.05, steer_cmd_rr=-0.02)
+    s, c = PLANT.named(x, u)
+    rate = dict(zip(PLANT.states, PLANT.derivative(x, u), strict=True))
+    work = 0.0
+    for k, (name, wheel) in enumerate(zip(WHEELS, PLANT.wheels(s, c), strict=True)):
+        pull = wheel.longitudinal * steering.scrub_radius_m * (1.0 if k % 2 == 0 else -1.0)
+        # the aligning moment turns the wheel back, against its side force
+        assert np.sign(wheel.aligning) == -np.sign(wheel.side)
+        torque = wheel.side * steering.caster_trail_m - wheel.aligning + pull
+        inertia = steering.wheel_yaw_inertia_kgm2 + steering.gear_ratio**2 * steering.motor_inertia_kgm2
+        work += (torque + inertia * rate[f"delta_rate_{name}"]) * s[f"delta_rate_{name}"]
+    assert flows(PLANT, x, u)["steering_work"] == pytest.approx(work, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_a_full_stop_on_clamped_wheels_does_not_throw_the_car_back(name: str):
+    """A tyre is stretched by its force over its stiffness, not by the slip of a locked wheel: body and tyres rock back by centimetres."""
+    plant = DoubleTrack(load_vehicle(name))
+    machine, at = Machine(plant, 1e-3), {state: k for k, state in enumerate(plant.states)}
+    brakes = {f"brake_cmd_{wheel}": 1e5 for wheel in WHEELS}
+    u, x, far, back = np.array(plant.command(**brakes)), np.array(plant.initial(20.0)), 0.0, 0.0
+    for _ in range(8000):
+        x = machine.step(x, u)
+        far, back = max(far, x[at["x"]]), min(back, x[at["v_x"]])
+    assert far - x[at["x"]] < 0.05
+    assert back > -0.35
+    assert abs(x[at["v_x"]]) < 1e-4
+    # commands beyond the brakes clamp what the brakes can
+    assert x[at["clamp_fl"]] == pytest.approx(plant.brakes.front_torque_max_nm, rel=1e-6)
+
+
+def test_commands_beyond_the_actuators_are_cut_and_reverse_driving_has_the_same_quadrants():
+    plant = DoubleTrack(load_vehicle("compact"))
+    machine, at = Machine(plant, 1e-3), {state: k for k, state in enumerate(plant.states)}
+    wild = plant.command(brake_cmd=-1e4, steer_cmd=3.0, torque_cmd=1e4)
+    x = settle(plant, machine, plant.initial(5.0), wild, 2.0)
+    assert np.all(np.isfinite(x))
+    assert x[at["clamp_fl"]] == pytest.approx(0.0, abs=1e-9)
+    assert x[at["delta_fl"]] <= plant.steering.angle_max_rad + 1e-3
+    assert x[at["torque_1"]] <= 250.0 + 1e-6
+    # backwards from rest with the full driving torque; at speed backwards, recuperating with no more than recuperation may take
+    x = settle(plant, machine, plant.initial(0.0), plant.command(torque_cmd=-250.0), 0.5)
+    assert x[at["torque_1"]] == pytest.approx(-250.0, rel=1e-3)
+    assert x[at["v_x"]] < -0.5
+    x = settle(plant, machine, plant.initial(-20.0), plant.command(torque_cmd=250.0), 0.3)
+    speed = plant.motor_speeds(plant.named(x, wild)[0])[0]
+    assert 0.0 < x[at["torque_1"]] * abs(speed) <= 50e3 * 1.01
+
+
+def test_a_released_pad_does_not_push_the_car_when_it_is_pressed_on_again():
+    clamped = PLANT.command(brake_cmd=300.0)
+    x = settle(PLANT, MACHINE, PLANT.initial(3.0), clamped, 3.0)
+    x = settle(PLANT, MACHINE, x, PLANT.command(), 2.0)
+    before = named(PLANT, x)["x"]
+    after = named(PLANT, settle(PLANT, MACHINE, x, clamped, 2.0))["x"]
+    assert abs(after - before) < 2e-4
+
+
+def test_a_car_without_four_turning_wheels_is_refused():
+    from powertrain import VehicleError
+
+    for change in ({"wheel_count": 3}, {"wheel_inertia_kgm2": 0.0}):
+        chassis = msgspec.structs.replace(ROMO.chassis, **change)
+        with pytest.raises(VehicleError, match="expected four with inertia for the double track"):
+            DoubleTrack(msgspec.structs.replace(ROMO, chassis=chassis))

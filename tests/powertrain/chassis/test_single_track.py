@@ -57,8 +57,17 @@ def test_the_car_stands_still_where_rolling_resistance_holds_it(torque: float):
     assert end["psi"] == pytest.approx(0.3, abs=1e-6)
 
 
-def test_the_car_drives_off_when_torque_suffices():
-    assert drive([0.0] * 6, [20.0] * 4 + [0.0, 0.0], 5.0)["v"] > 0.5
+@pytest.mark.parametrize("steer", [0.0, 0.05])
+def test_the_car_drives_off_when_torque_suffices(steer: float):
+    """4 x 20 Nm less rolling resistance give 0.2 m/s^2, with the wheels turned as in driving, too."""
+    assert drive([0.0] * 6, [20.0] * 4 + [steer, -steer], 5.0)["v"] == pytest.approx(0.98 * np.cos(steer), rel=0.1)
+
+
+def test_braking_torque_ends_at_rest_and_not_in_reverse():
+    end = drive([0.0, 5.0, 0.0, 0.0, 0.0, 0.0], [-100.0] * 4 + [0.02, 0.0], 20.0)
+    assert abs(end["v"]) < 1e-6
+    assert abs(end["yaw_rate"]) < 1e-6
+    assert abs(end["beta"]) < 0.05
 
 
 def test_coasting_ends_at_rest_and_stays_there():
