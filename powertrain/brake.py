@@ -17,14 +17,14 @@ from .sections import Brakes
 
 #: Damping of the presliding range, s: torque per clamped torque and rate of `hold`. Near a tenth of the wheel's period on the pad.
 _DAMPING = 0.004
-#: 1/s, below a clamped torque of about 1 Nm; a millionth of that at 32 Nm.
+#: 1/s without clamping, falling to nothing at 1 Nm.
 _FORGET = 20.0
 
 
 def hold_rate(brakes: Brakes, clamped: Any, speed: Any, hold: Any) -> Any:
     """d hold/dt in 1/s with `clamped` Nm pressed on, at wheel `speed` (rad/s); a pad that is let go forgets its stretch."""
     turning = np.fabs(speed)
-    return (speed - turning * hold) / (brakes.presliding_rad + turning * brakes.sliding_time_s) - _FORGET * hold / (1.0 + clamped**4)
+    return (speed - turning * hold) / (brakes.presliding_rad + turning * brakes.sliding_time_s) - _FORGET * hold * np.fmax(1.0 - clamped, 0.0)
 
 
 def brake_torque(brakes: Brakes, clamped: Any, speed: Any, hold: Any) -> Any:

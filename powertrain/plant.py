@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from .battery import PowerCurrent
     from .vehicle import Vehicle
 
     Floats = NDArray[np.float64]
@@ -45,14 +46,21 @@ class _PackOnPower:
 
     def __init__(self, pack: PackModel) -> None:
         self.pack, self.states = pack, pack.states
+        self._solved: tuple[Any, Any, PowerCurrent] | None = None
 
     def derivative(self, x: Sequence[Any], u: Sequence[Any]) -> list[Any]:
-        return self.pack.derivative(x, self.pack.current_from_power(u[0], x).current, u[1])
+        return self.pack.derivative(x, self._current(x, u).current, u[1])
 
     def flows(self, x: Sequence[Any], u: Sequence[Any]) -> list[Any]:
-        """Powers in the order of `_BATTERY`, then the current."""
-        current = self.pack.current_from_power(u[0], x).current
-        return [*self.pack.powers(x, current), current]
+        """Powers in the order of `_BATTERY`, then the current and whether it gives the power."""
+        found = self._current(x, u)
+        return [*self.pack.powers(x, found.current), found.current, found.feasible]
+
+    def _current(self, x: Sequence[Any], u: Sequence[Any]) -> PowerCurrent:
+        # both methods are asked for the same symbols, and the expression is large
+        if self._solved is None or self._solved[0] is not x or self._solved[1] is not u:
+            self._solved = (x, u, self.pack.current_from_power(u[0], x))
+        return self._solved[2]
 
 
 @dataclass(frozen=True)
@@ -172,9 +180,9 @@ class Plant:
         power = self._owed / self._battery.dt + auxiliary
         self.battery_state = self._battery.step(self.battery_state, [power, self._ambient])
         drawn = self._battery.integrals
-        self._cell += drawn[:-1]
-        self._watch(float(drawn[1]), float(drawn[-1]))
-        self._unserved += max(power * self._battery.dt - float(drawn[1]), 0.0) if not self._feasible(power) else 0.0
+        self._cell += drawn[: len(_BATTERY)]
+        self._watch(float(drawn[1]), float(drawn[4]))
+        self._unserved += max(power * self._battery.dt - float(drawn[1]), 0.0) if drawn[5] < self._battery.dt * (1.0 - 1e-9) else 0.0
         self._owed = 0.0
 
     def _watch(self, energy: float, charge: float) -> None:
@@ -191,12 +199,6 @@ class Plant:
         )
         for name, outside in zip(LIMITS, beyond, strict=True):
             self._outside[name] += dt * outside
-
-    def _feasible(self, power: float) -> bool:
-        # far below the largest power there is no need to ask the cell
-        if abs(power) < 0.1 * self.pack.count * self.pack.cell.limits.voltage_min_v * self.pack.cell.limits.discharge_max_a:
-            return True
-        return bool(self.pack.current_from_power(power, list(self.battery_state)).feasible)
 
     def ledger(self) -> PlantLedger:
         """The account up to the last step of the battery."""

@@ -79,8 +79,11 @@ class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         return tuple((k, np.array(nodes) + shift[k]) for k, nodes in given if nodes is not None)
 
     def __call__(self, soc: Any = 0.5, temperature: Any = 298.15, current: Any = 0.0) -> Any:
-        """The value at `soc`, `temperature` (K) and `current` (A): floats, arrays that broadcast, or CasADi symbols."""
-        points = (soc, temperature, current)
+        """The value at `soc`, `temperature` (K) and `current` (A): floats, arrays or lists that broadcast, or CasADi symbols.
+
+        A NaN gives NaN in numbers, but 0 in a CasADi function of a clamped table (its fmin and fmax drop the NaN): check what goes in there.
+        """
+        points = [np.asarray(x, dtype=np.float64) if isinstance(x, list | tuple) else x for x in (soc, temperature, current)]
         at = [(nodes, points[k]) for k, nodes in self.axes]
         if all(isinstance(x, int | float | np.ndarray | np.generic) for _, x in at):
             return self._numeric(at)
@@ -116,7 +119,8 @@ class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
     def _symbolic(self, at: list[tuple[Floats, Any]]) -> Any:
         hats = [_hats(nodes, x, clamp=self.extrapolate == "clamp") for nodes, x in at]
-        return _contract(self.grid, hats)
+        # current outermost: what depends on charge and temperature only is then the same expression wherever one looks for a current
+        return _contract(self.grid.T, hats[::-1])
 
 
 def _tuples(values: Any) -> Any:

@@ -162,7 +162,10 @@ class DoubleTrack:
 
     def _torque_range(self, speed: Any) -> tuple[Any, Any]:
         """Largest torque forwards and backwards at a motor speed in rad/s, Nm: driving or recuperating, as the motor turns."""
-        drive, regen = torque_limits(self.vehicle.drive, speed)
+        p = self.vehicle.drive
+        drive, regen = torque_limits(p, speed)
+        if (p.torque_max_nm, p.power_max_w) == (p.regen_torque_max_nm, p.regen_power_max_w):
+            return drive, drive
         forward, backward = np.fmax(np.fmin(1.0 + speed, 1.0), 0.0), np.fmax(np.fmin(1.0 - speed, 1.0), 0.0)
         return regen + (drive - regen) * forward, regen + (drive - regen) * backward
 

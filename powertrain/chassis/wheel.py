@@ -6,9 +6,8 @@ Each patch has a longitudinal and a lateral deflection u, w:
     w' = V_y - leak_y,    tan(alpha) = w / sigma_y    V_y = -v_across
 
 with the leak |v| times slip. At speed that is the first-order relaxation of slip; at rest it is a spring, so a car stands on its tyres without creep
-and without a singular slip. Two more leaks keep the spring physical. Near rest a patch that slides sheds what the tyre's force does not hold: a
-carcass is stretched by F / k, not by the slip of a locked wheel. And far beyond any useful slip the deflection stays finite. Near rest a damping adds
-to the slip.
+and without a singular slip. Near rest a patch that slides also sheds what the tyre's force does not hold: a carcass is stretched by F / k, not by the
+slip of a locked or spinning wheel. And a damping adds to the slip there.
 """
 
 from __future__ import annotations
@@ -23,8 +22,6 @@ _DAMPING = 0.01
 _STANDING = 1.0
 #: Slip that a sliding patch keeps beyond what its force holds, and the sliding speed (m/s) from which the shedding grows no faster.
 _SHED_SLIP, _SHED_SPEED = 0.02, 1.0
-#: Slip at which the leak of the deflections sets in.
-_SLIP_LIMIT = 3.0
 #: Rolling resistance changes its sign within about this speed, m/s.
 _ROLLING_STEP = 0.05
 
@@ -122,9 +119,8 @@ def wheel_on_road(tyre: Any, radius: float, patch: Patch, friction: Any, rolling
 
 def _leak(along: Any, sliding: Any, slip: Any, held: Any, rest: Any) -> Any:
     """By how much a deflection falls behind the sliding of its patch, m/s; `held` is the slip that the force would have on the initial slope."""
-    speed = np.fabs(sliding)
-    shed = rest * (1.0 / _SHED_SLIP) * np.fmin(speed, _SHED_SPEED) * (slip - held)
-    return (np.fabs(along) + (1.0 / _SLIP_LIMIT**2) * speed * slip * slip) * slip + shed
+    shed = rest * (1.0 / _SHED_SLIP) * np.fmin(np.fabs(sliding), _SHED_SPEED) * (slip - held)
+    return np.fabs(along) * slip + shed
 
 
 def _wheel_frame(patch: Patch) -> tuple[Any, Any, tuple[Any, Any] | None]:
