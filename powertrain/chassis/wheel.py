@@ -22,6 +22,8 @@ _DAMPING = 0.01
 _STANDING = 1.0
 #: Slip that a sliding patch keeps beyond what its force holds, and the sliding speed (m/s) from which the shedding grows no faster.
 _SHED_SLIP, _SHED_SPEED = 0.02, 1.0
+#: Beyond the slip of a locked wheel deflections hardly grow.
+_LARGEST_SLIP = 1.0
 #: Rolling resistance changes its sign within about this speed, m/s.
 _ROLLING_STEP = 0.05
 
@@ -119,8 +121,10 @@ def wheel_on_road(tyre: Any, radius: float, patch: Patch, friction: Any, rolling
 
 def _leak(along: Any, sliding: Any, slip: Any, held: Any, rest: Any) -> Any:
     """By how much a deflection falls behind the sliding of its patch, m/s; `held` is the slip that the force would have on the initial slope."""
-    shed = rest * (1.0 / _SHED_SLIP) * np.fmin(np.fabs(sliding), _SHED_SPEED) * (slip - held)
-    return np.fabs(along) * slip + shed
+    speed = np.fabs(sliding)
+    shed = rest * (1.0 / _SHED_SLIP) * np.fmin(speed, _SHED_SPEED) * (slip - held)
+    # a wheel that spins, or is pushed broadside, has slips of any size; its carcass has not
+    return (np.fabs(along) + speed * np.fmax(np.fabs(slip) - _LARGEST_SLIP, 0.0)) * slip + shed
 
 
 def _wheel_frame(patch: Patch) -> tuple[Any, Any, tuple[Any, Any] | None]:
