@@ -2,7 +2,6 @@ from . import identify as identify
 from .availability import Availability as Availability
 from .availability import Available as Available
 from .availability import available_power as available_power
-from .availability import pack_power as pack_power
 from .availability import published_power as published_power
 from .cell import Cell as Cell
 from .cell import CellLimits as CellLimits
@@ -33,6 +32,7 @@ from .pack import Pack as Pack
 from .pack import PackModel as PackModel
 from .pack import PowerCurrent as PowerCurrent
 from .pack import current_from_power as current_from_power
+from .pack_availability import pack_power as pack_power
 from .simulation import CellRun as CellRun
 from .simulation import advance as advance
 from .simulation import simulate as simulate

@@ -2,7 +2,8 @@
 
 Two answers. `published_power` is (5.7), corrected: charge in A s, k_i in, efficiency on charge only; it multiplies a current limit by the present
 voltage and knows no voltage limit. `available_power` predicts the model's states over the horizon for a row of constant powers (and for
-constant currents) and returns the largest that keeps voltage, current, charge and temperature inside at every step.
+constant currents) and returns the largest that keeps voltage, current, charge and temperature inside at every step. `pack_power` does the same
+for a pack whose cells differ.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from ..errors import VehicleError
 from . import model
 from .cell import frozen_at
 from .pack import current_from_power
-from .simulation import advance, is_chain, transition
-from .tables import look_up
+from .simulation import advance, is_chain, transitions
+from .tables import ZERO_CELSIUS, look_up
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,13 +26,18 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .cell import Cell
-    from .pack import Pack
 
     Floats = NDArray[np.float64]
 
 HORIZONS = (1.0, 10.0, 30.0)
 #: Candidates per pass and passes: the answer is known to 1 / (96 * 96) of the largest conceivable power, rounded to the safe side.
 _CANDIDATES, _PASSES, _STEPS = 97, 2, 20
+#: The first steps are short, s: the voltage changes fastest at the beginning.
+_FIRST = 0.2
+#: Places inside each step at which the voltage is looked at, too: where the table of a resistance has a node, the voltage has its peaks.
+_BETWEEN = np.linspace(0.0, 1.0, 13)[1:-1, None]
+#: Rounding of a temperature in degC, K.
+ROUNDING = 1e-3
 #: Limits in the order in which they are named when several bind.
 _NAMES = ("temperature", "soc", "voltage", "current", "power", "validity")
 
@@ -42,7 +48,8 @@ class Available(NamedTuple):
     Attributes:
         power: largest constant power, W, a magnitude.
         power_limit: what would be broken by more: "voltage", "current", "soc", "temperature", "power" (more than the resistance lets through) or
-            "validity" (more current than the cell was identified with: nothing is known beyond).
+            "validity" (more current than the cell was identified with, or, with a power of 0, a temperature at which it was not: nothing is known
+            beyond).
         current: largest constant current, A, a magnitude.
         current_limit: likewise.
     """
@@ -73,7 +80,7 @@ def published_power(cell: Cell, state: Sequence[Any], temperature: Any, horizon:
         current: present current, A, for the present voltage and for k_i.
     """
     p, soc = cell.limits, state[0]
-    low, high = _current_limits(cell, horizon)
+    low, high = current_limits(cell, horizon)
     u = model.voltage(cell, state, current, temperature)
     k = look_up(cell.capacity_correction, soc, temperature, current)
     eta = look_up(cell.coulombic_efficiency, soc, temperature, current)
@@ -88,7 +95,9 @@ def available_power(
 ) -> Availability:  # fmt: skip
     """Largest constant powers and currents of a cell that keep all its limits over each horizon.
 
-    Tables stay at the temperature of the beginning; the temperature limit is held against warming without cooling.
+    Tables stay at the temperature of the beginning; the temperature limit is held against warming without cooling. Nothing is promised outside
+    the temperatures at which the cell was identified (`validity.temperature_degc`): its tables stop there, the cell's resistance does not. What is
+    promised for longer is never more than what is promised for a shorter one of the `horizons`.
 
     Args:
         cell: the cell.
@@ -98,36 +107,43 @@ def available_power(
         margin: distance kept from the voltage limits, V; twice the RMSE that the cell's file states if not given.
         capacity_scale: capacity over the cell's.
         resistance_scale: resistance over the cell's.
-        extrapolate: trust the model beyond the currents it was identified with.
+        extrapolate: trust the model beyond the currents and temperatures it was identified with.
 
     Raises:
-        VehicleError: a state or temperature that is not finite, a horizon that is not positive.
+        VehicleError: a state or temperature that is not finite, a charge outside 0 to 1, a horizon that is not positive.
     """
     values = [float(x) for x in state]
     if len(values) != len(model.states(cell)) or not np.all(np.isfinite([*values, temperature])):
         raise VehicleError(f"available power: state {values} at {temperature} K, expected {len(model.states(cell))} finite values")
+    if not 0.0 <= values[0] <= 1.0:
+        raise VehicleError(f"available power: soc is {values[0]:g}, expected 0 to 1")
     if not all(np.isfinite(h) and h > 0.0 for h in horizons):
         raise VehicleError(f"available power: horizons {list(horizons)}, expected positive seconds")
     gap = 2.0 * cell.validity.voltage_rmse_v if margin is None else margin
     case = _Case(frozen_at(cell, temperature), values, temperature, gap, capacity_scale, resistance_scale, extrapolate)
-    return Availability(tuple(horizons), tuple(case.limit(h, 1.0) for h in horizons), tuple(case.limit(h, -1.0) for h in horizons))
+    return Availability(tuple(horizons), case.over(horizons, 1.0), case.over(horizons, -1.0))
 
 
-def pack_power(pack: Pack, state: Sequence[Floats], *, horizon: float = 10.0, margin: float | None = None) -> tuple[float, float, tuple[int, int]]:
-    """(discharge W, charge W, place of the cell that decides on discharge): every cell at the weakest one's limit. Costs one answer per cell."""
-    down, up = np.empty(pack.capacity.shape), np.empty(pack.capacity.shape)
-    for place in np.ndindex(*pack.capacity.shape):
-        inner = [float(x[place]) for x in state[:-1]]
-        found = available_power(
-            pack.cell, inner, float(state[-1][place]), horizons=(horizon,), margin=margin,
-            capacity_scale=float(pack.capacity[place]), resistance_scale=float(pack.resistance[place]),
-        )  # fmt: skip
-        down[place], up[place] = found.discharge[0].power, found.charge[0].power
-    weakest = np.unravel_index(int(np.argmin(down)), down.shape)
-    return float(np.min(down)) * down.size, float(np.min(up)) * up.size, (int(weakest[0]), int(weakest[1]))
+def time_steps(horizon: float) -> Floats:
+    """(_STEPS,) steps that fill the horizon, the first at most 0.2 s, each longer than the one before by one factor."""
+    if horizon <= _FIRST * _STEPS:
+        return np.full(_STEPS, horizon / _STEPS)
+    low, high = 1.0, 1.0 + horizon / _FIRST
+    for _ in range(60):  # the factor by bisection: the sum rises with it
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _FIRST * np.sum(middle ** np.arange(_STEPS)) > horizon else (middle, high)
+    steps = high ** np.arange(_STEPS)
+    return horizon * steps / np.sum(steps)
 
 
-def _current_limits(cell: Cell, horizon: float) -> tuple[float, float]:
+def unknown_temperature(cell: Cell, temperature: Any) -> Any:
+    """Whether the cell was not identified at `temperature` (K)."""
+    coldest, warmest = (degc + ZERO_CELSIUS for degc in cell.validity.temperature_degc)
+    return (temperature < coldest - ROUNDING) | (temperature > warmest + ROUNDING)
+
+
+def current_limits(cell: Cell, horizon: float) -> tuple[float, float]:
+    """(strongest charge current as a negative number, strongest discharge current) over a horizon, A."""
     p = cell.limits
     if horizon <= p.peak_duration_s:
         return -p.charge_peak_a, p.discharge_peak_a
@@ -146,8 +162,21 @@ class _Case:
     resistance_scale: float
     extrapolate: bool
 
+    def over(self, horizons: Sequence[float], sign: float) -> tuple[Available, ...]:
+        """The answers for every horizon; what a shorter one does not allow, a longer one does not."""
+        found: dict[float, Available] = {}
+        least = None
+        for horizon in sorted(set(horizons)):
+            here = self.limit(horizon, sign)
+            if least and here.power > least.power:
+                here = here._replace(power=least.power, power_limit=least.power_limit)
+            if least and here.current > least.current:
+                here = here._replace(current=least.current, current_limit=least.current_limit)
+            found[horizon] = least = here
+        return tuple(found[horizon] for horizon in horizons)
+
     def limit(self, horizon: float, sign: float) -> Available:
-        bounds = _current_limits(self.cell, horizon)
+        bounds = current_limits(self.cell, horizon)
         largest = bounds[1] if sign > 0 else -bounds[0]
         top = 1.02 * largest * self.cell.limits.voltage_max_v
         power, power_limit = self._largest(horizon, sign, top, as_power=True)
@@ -173,10 +202,10 @@ class _Case:
     def _broken(self, demand: Floats, horizon: float, *, as_power: bool) -> NDArray[np.bool_]:
         """(limits, candidates) which limits, in the order of `_NAMES`, are broken on the way."""
         cell, p = self.cell, self.cell.limits
-        dt = horizon / _STEPS
-        step = transition(model.model_of(cell).poles(cell, self.temperature), chain=is_chain(cell), dt=dt)
+        steps = time_steps(horizon)
+        filters = transitions(steps, np.array([model.model_of(cell).poles(cell, self.temperature)]), chain=is_chain(cell))
         state: list[Any] = [np.full(demand.shape, x) for x in self.state]
-        low, high = _current_limits(cell, horizon)
+        low, high = current_limits(cell, horizon)
         known = cell.validity.current_a
         down, up = demand > 0.0, demand < 0.0
         broken = np.zeros((len(_NAMES), len(demand)), dtype=np.bool_)
@@ -187,18 +216,27 @@ class _Case:
                 i, feasible = current_from_power(cell, state, demand, self.temperature, resistance_scale=self.resistance_scale)
                 broken[4] |= feasible < 0.5
             u, warming = self._look(state, i)
-            broken[2] |= (down & (u < p.voltage_min_v + self.margin)) | (up & (u > p.voltage_max_v - self.margin))
+            broken[2] |= self._past(u, demand)
             broken[3] |= (i > high) | (i < low)
             broken[5] |= (not self.extrapolate) & ((i > known[1]) | (i < known[0]))
             broken[1] |= (down & (state[0] < p.soc_min)) | (up & (state[0] > p.soc_max))
             if k < _STEPS:
-                joule += dt * warming
-                state = advance(cell, state, i, self.temperature, dt, step, capacity_scale=self.capacity_scale)
+                joule += steps[k] * warming
+                ahead = advance(cell, state, i, self.temperature, float(steps[k]), filters[k], capacity_scale=self.capacity_scale)
+                between, _ = self._look([a + _BETWEEN * (b - a) for a, b in zip(state, ahead, strict=True)], i)
+                broken[2] |= np.any(self._past(between, demand), axis=0)
+                state = ahead
         coldest, hottest = p.temperature_range
         start_bad = not coldest <= self.temperature <= hottest
         broken[0] |= start_bad | (self.temperature + joule / cell.heat_capacity_jpk > hottest)
         broken[0] &= (demand != 0.0) | start_bad
+        broken[5] |= (not self.extrapolate) & unknown_temperature(cell, self.temperature)
         return broken
+
+    def _past(self, u: Any, demand: Floats) -> NDArray[np.bool_]:
+        """Whether a voltage is past the limit on the side to which the demand drives it."""
+        p = self.cell.limits
+        return ((demand > 0.0) & (u < p.voltage_min_v + self.margin)) | ((demand < 0.0) & (u > p.voltage_max_v - self.margin))
 
     def _look(self, state: list[Any], current: Any) -> tuple[Any, Any]:
         """Voltage and heat, tables looked up once."""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import msgspec
+import numpy as np
 
 from ..errors import VehicleError
-from ._toml import dump_toml, read_toml
+from ..toml_file import dump_toml, find, on_shelf, read_toml
 from .tables import ZERO_CELSIUS, Table, smallest
 
 if TYPE_CHECKING:
@@ -25,7 +27,32 @@ Rate = Positive | Table
 
 
 class _Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
-    """A TOML table; every key is required unless it has a default here."""
+    """A TOML table; every key is required unless it has a default here. Checked when it is made by hand, too; msgspec checks decoded data only.
+
+    Raises:
+        VehicleError: a field of another kind, out of its range or not finite.
+    """
+
+    def __post_init__(self) -> None:
+        for name, kind in _kinds(type(self)).items():
+            value = _plain(getattr(self, name))
+            try:
+                msgspec.convert(value, kind)
+            except msgspec.ValidationError as error:
+                reason = str(error).partition(" - at ")[0].replace("`", "")
+                raise VehicleError(f"{type(self).__name__}.{name} is {value!r}, {reason[0].lower()}{reason[1:]}") from None
+
+
+@cache
+def _kinds(section: type) -> dict[str, Any]:
+    return get_type_hints(section, include_extras=True)
+
+
+def _plain(value: Any) -> Any:
+    """Numbers of NumPy as plain ones, which msgspec wants."""
+    if isinstance(value, tuple):
+        return tuple(_plain(entry) for entry in value)
+    return value.item() if isinstance(value, np.generic) else value
 
 
 class Mesc(_Section, frozen=True, kw_only=True):
@@ -79,6 +106,7 @@ class CellLimits(_Section, frozen=True, kw_only=True):
     temperature_max_degc: Degrees
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for low, high in (("voltage_min_v", "voltage_max_v"), ("soc_min", "soc_max"), ("temperature_min_degc", "temperature_max_degc")):
             if not getattr(self, low) < getattr(self, high):
                 raise VehicleError(f"{low} is {getattr(self, low):g}, expected less than {high} {getattr(self, high):g}")
@@ -93,12 +121,26 @@ class CellLimits(_Section, frozen=True, kw_only=True):
 
 
 class Validity(_Section, frozen=True, kw_only=True):
-    """Where the parameters were identified, and how well they met the voltage there."""
+    """Where the parameters were identified, and how well they met the voltage there.
+
+    Attributes:
+        soc: lowest and highest charge.
+        temperature_degc: lowest and highest temperature; equal for a cell that was tested at one only.
+        current_a: strongest charge (negative) and discharge current.
+        voltage_rmse_v: RMSE of the voltage over the worst of the tests it was identified on.
+    """
 
     soc: tuple[float, float]
     temperature_degc: tuple[float, float]
     current_a: tuple[float, float]
     voltage_rmse_v: NotNegative = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("soc", "temperature_degc", "current_a"):
+            low, high = getattr(self, name)
+            if not (-1e9 < low <= high < 1e9) or (name == "current_a" and low == high):
+                raise VehicleError(f"{name} is {[low, high]}, expected two finite, increasing numbers")
 
 
 class Cell(_Section, frozen=True, kw_only=True):
@@ -131,6 +173,7 @@ class Cell(_Section, frozen=True, kw_only=True):
     rc: Rc | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         given = [name for name in ("mesc", "esc", "rc") if getattr(self, name) is not None]
         if given != [self.model]:
             raise VehicleError(f"model is {self.model!r} with the tables {given}, expected the table [{self.model}] and no other model's")
@@ -186,7 +229,7 @@ def _frozen(value: Any, temperature: float) -> Any:
 
 def shipped_cells() -> list[str]:
     """Names of the cells that ship with the package."""
-    return sorted(path.stem for path in SHELF.glob("*.toml"))
+    return on_shelf(SHELF)
 
 
 def load_cell(name_or_path: str | PathLike[str]) -> Cell:
@@ -195,12 +238,7 @@ def load_cell(name_or_path: str | PathLike[str]) -> Cell:
     Raises:
         VehicleError: no such cell, or a file that is not TOML, lacks a key, has an unknown one or a value out of range.
     """
-    path = Path(name_or_path)
-    if path.suffix == "" and not path.is_file():
-        if str(name_or_path) not in shipped_cells():
-            raise VehicleError(f"{name_or_path}: no such file and no shipped cell, expected a TOML file or one of {', '.join(shipped_cells())}")
-        path = SHELF / f"{name_or_path}.toml"
-    return read_toml(path, Cell)
+    return read_toml(find(name_or_path, SHELF, "cell"), Cell)
 
 
 def dump_cell(cell: Cell) -> str:

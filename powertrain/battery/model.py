@@ -47,7 +47,11 @@ _MODELS: dict[str, CellModel] = {"mesc": cast("CellModel", mesc), "esc": cast("C
 
 
 class Powers(NamedTuple):
-    """Where the power of a cell goes, W; `chemical = terminal + heat + polarisation`."""
+    """Where the power of a cell goes, W; `chemical = terminal + heat + polarisation`.
+
+    `chemical` counts the whole terminal current, that part of a charge current, too, which the coulombic efficiency does not let in; and `heat` is
+    that of the resistances only (see `heat`).
+    """
 
     chemical: Any
     terminal: Any
@@ -137,5 +141,10 @@ def powers(cell: Cell, state: Sequence[Any], current: Any, temperature: Any, *, 
 
 
 def heat(cell: Cell, state: Sequence[Any], current: Any, temperature: Any, *, resistance_scale: Any = 1.0) -> Any:
-    """Heat of the resistances in W, never negative: R_i f_4^2 in the published MESC form."""
+    """Heat of the resistances in W, never negative: R_i f_4^2 in the published MESC form.
+
+    Left out, so a real cell warms a little more: the work of the hysteresis, -h i (part of `polarisation`; over a closed slow cycle the area of
+    the loop, about 2 M per charge that goes out and comes back); what the coulombic efficiency loses on charge, (1 - eta) U_OCV |i|; and the
+    reversible heat T i dU_OCV/dT, of either sign.
+    """
     return powers(cell, state, current, temperature, resistance_scale=resistance_scale).heat

@@ -43,7 +43,7 @@ def arrhenius(tested: Floats, values: Floats, wanted: Floats) -> Floats:
 def _tuples(values: Any) -> Any:
     if isinstance(values, list):
         return tuple(_tuples(entry) for entry in values)
-    return float(f"{values:.5g}")
+    return float(f"{values:.5g}") if abs(values) > 1e-12 else 0.0  # what rounding leaves of a zero
 
 
 def _table(grid: Floats, soc: Sequence[float], temperature: Floats | None, current: Sequence[float] = ()) -> float | Table:
@@ -68,9 +68,9 @@ def _ocv(found: Tables, structure: Structure, span: Floats | None) -> Table:
 
 
 def build_cell(
-    found: Tables, drives: Sequence[Drive], structure: Structure, *, name: str, source: str, limits: CellLimits, heat_capacity: float, rmse: float
+    found: Tables, drives: Sequence[Drive], structure: Structure, *, name: str, source: str, limits: CellLimits, heat_capacity: float
 ) -> Cell:
-    """The cell that these parameters describe."""
+    """The cell that these parameters describe; its voltage error is not known yet."""
     tested = np.array([drive.temperature for drive in drives])
     span = temperature_nodes(tested.tolist()) if len(tested) > 1 else None
     wanted = tested if span is None else span
@@ -94,7 +94,6 @@ def build_cell(
         soc=(_round(min(np.min(s) for s in socs)), _round(max(np.max(s) for s in socs))),
         temperature_degc=(_round(tested[0] - ZERO_CELSIUS), _round(tested[-1] - ZERO_CELSIUS)),
         current_a=(_round(min(np.min(i) for i in currents)), _round(max(np.max(i) for i in currents))),
-        voltage_rmse_v=_round(rmse),
     )
     return Cell(
         name=name, model=structure.model, source=source, capacity_ah=_round(ampere_hours), coulombic_efficiency=efficiency,  # pyright: ignore[reportArgumentType]

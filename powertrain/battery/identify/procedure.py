@@ -11,6 +11,7 @@ from ...errors import VehicleError
 from ..cell import Cell, CellLimits
 from ..tables import ZERO_CELSIUS
 from .assemble import build_cell
+from .checks import check_counters, check_records, checked_cell
 from .readers import sort_files
 from .regression import Drive, Regression, Tables
 from .report import Score, evaluate
@@ -36,7 +37,8 @@ class Identified:
 
     Attributes:
         cell: ready to use, to `dump_cell`.
-        scores: the cell over the very tests it was identified on (in-sample).
+        scores: the cell over the very tests it was identified on (in-sample), current kept to the tester's charge counter.
+        sampled: likewise with the current as sampled: what a battery system without such a counter would see.
         charge: charge balances of the slow tests, then of the dynamic tests.
         slow: branches of the slow tests.
         time_constants: s.
@@ -45,6 +47,7 @@ class Identified:
 
     cell: Cell
     scores: tuple[Score, ...]
+    sampled: tuple[Score, ...]
     charge: tuple[Charge, ...]
     slow: tuple[Branches, ...]
     time_constants: tuple[float, ...]
@@ -56,7 +59,9 @@ class Identified:
         for balance in self.charge:
             warm = balance.temperature - ZERO_CELSIUS
             lines.append(f"{warm:5.1f} degC  coulombic efficiency {balance.efficiency:.4f}  capacity {balance.capacity / 3600.0:.4f} Ah")
-        lines += ["over the tests it was identified on:", *map(str, self.scores), *(f"warning: {text}" for text in self.warnings)]
+        lines += ["over the tests it was identified on, current kept to the charge counter:", *map(str, self.scores)]
+        raw = ", ".join(f"{1e3 * row.rmse:.2f} mV at {row.temperature - ZERO_CELSIUS:g} degC" for row in self.sampled)
+        lines += [f"with the current as sampled, not kept to the counter: RMSE {raw}", *(f"warning: {text}" for text in self.warnings)]
         return "\n".join(lines)
 
 
@@ -88,23 +93,28 @@ def identify(
         use: from the time (s) of a dynamic profile's samples which of them are fitted; the rest is left for a test of the cell.
 
     Raises:
-        VehicleError: no tests, two at one temperature, an unknown model, charge balances that cannot be.
+        VehicleError: no tests, two at one temperature, an unknown model, charge balances that cannot be, records that contradict each other (see
+            `checks`), a cell that misses its own tests by more than 100 mV or cannot be written and read.
     """
     structure = _structure(model)
     _check(ocv_tests, dynamic_tests)
+    check_records(ocv_tests, dynamic_tests)
     slow_charge, drive_charge = charge_balances(ocv_tests), _drive_charge(ocv_tests, dynamic_tests)
+    check_counters(ocv_tests, dynamic_tests, float(np.mean([balance.capacity for balance in drive_charge])))
     by_temperature = {balance.temperature: balance for balance in slow_charge}
     slow = [branches(test, by_temperature[test.temperature]) for test in sorted(ocv_tests, key=lambda test: test.temperature)]
     tests = sorted(dynamic_tests, key=lambda test: test.temperature)
     drives = [_drive(test, balance, use) for test, balance in zip(tests, drive_charge, strict=True)]
-    found, rmse = _solve(drives, slow, structure, hysteresis_rate, refine)
+    found = _solve(drives, slow, structure, hysteresis_rate, refine)
     cell = build_cell(
         found, drives, structure, name=name, source=source, limits=limits or _limits(ocv_tests, dynamic_tests),
-        heat_capacity=heat_capacity_jpk or _HEAT_PER_AH * drives[0].capacity / 3600.0, rmse=rmse,
+        heat_capacity=heat_capacity_jpk or _HEAT_PER_AH * drives[0].capacity / 3600.0,
     )  # fmt: skip
     scores = tuple(evaluate(cell, test) for test in tests)
+    cell = checked_cell(cell, scores)
+    sampled = tuple(evaluate(cell, test, counted=False) for test in tests)
     warnings = _warnings(slow_charge, drive_charge, drives, scores, known_heat=heat_capacity_jpk is not None, known_limits=limits is not None)
-    return Identified(cell, scores, (*slow_charge, *drive_charge), tuple(slow), found.time_constants, tuple(warnings))
+    return Identified(cell, scores, sampled, (*slow_charge, *drive_charge), tuple(slow), found.time_constants, tuple(warnings))
 
 
 def from_files(
@@ -162,16 +172,12 @@ def _drive(test: DynamicTest, balance: Charge, use: Use | None) -> Drive:
     return Drive(test.temperature, script.time, script.current, script.voltage, soc, balance.capacity, balance.efficiency, used)
 
 
-def _solve(drives: list[Drive], slow: list[Branches], structure: Structure, rate: float, refine: bool) -> tuple[Tables, float]:
-    """The tables, and the voltage error (V) of the regression itself, at the worst temperature."""
+def _solve(drives: list[Drive], slow: list[Branches], structure: Structure, rate: float, refine: bool) -> Tables:
     time_constants = structure.time_constants
     if refine:
         stride = max(sum(len(drive.time) for drive in drives) // _SEARCH_ROWS, 1)
         time_constants, rate = Regression(drives, slow, structure, stride).search(time_constants, rate, evaluations=6)
-    found, residual = Regression(drives, slow, structure).solve(time_constants, rate)
-    ends = np.cumsum([int(np.count_nonzero(drive.used)) for drive in drives])
-    worst = max(float(np.sum(part**2)) for part in np.split(residual[: ends[-1]], ends[:-1]))
-    return found, float(np.sqrt(worst))
+    return Regression(drives, slow, structure).solve(time_constants, rate)[0]
 
 
 def _limits(ocv_tests: Sequence[OcvTest], dynamic_tests: Sequence[DynamicTest]) -> CellLimits:

@@ -21,7 +21,10 @@ REFERENCE = 25.0 + ZERO_CELSIUS
 
 _DYNAMIC = ("time", "current", "voltage", "chgAh", "disAh")
 _ARBIN = ("Test_Time(s)", "Current(A)", "Voltage(V)", "Charge_Capacity(Ah)", "Discharge_Capacity(Ah)")
-_NAME = re.compile(r"_(?P<kind>DYN|OCV)_(?:\w+_)?(?P<sign>[PN])(?P<degc>\d{1,2})_[sS](?P<script>[1-4])$")
+_NAME = re.compile(r"_(?P<kind>DYN|OCV)_(?:(?P<middle>\w+)_)?(?P<sign>[PN])(?P<degc>\d{1,2})_[sS](?P<script>[1-4])$")
+
+#: How many scripts a test of each kind has.
+_SCRIPTS = {"OCV": 4, "DYN": 3}
 
 
 class Label(NamedTuple):
@@ -36,11 +39,16 @@ def label(path: str | PathLike[str]) -> Label:
     """Kind, temperature and script from a name such as `A123_DYN_50_P25_s1.csv` or `A123_OCV_N05_S3.csv`.
 
     Raises:
-        VehicleError: another name.
+        VehicleError: another name, one with two temperatures, a script number that the kind does not have.
     """
     found = _NAME.search(Path(path).stem)
     if not found:
         raise VehicleError(f"{path}: name says no test, expected an ending such as _DYN_50_P25_s1.csv or _OCV_N05_S3.csv (P plus, N minus degC)")
+    more = [word for word in (found["middle"] or "").split("_") if re.fullmatch(r"[PN]\d{1,2}", word)]
+    if more:
+        raise VehicleError(f"{path}: name has the temperatures {', '.join(more)} and {found['sign']}{found['degc']}, expected one")
+    if int(found["script"]) > _SCRIPTS[found["kind"]]:
+        raise VehicleError(f"{path}: name says {found['kind']} script {found['script']}, expected 1 to {_SCRIPTS[found['kind']]}")
     degrees = float(found["degc"]) * (1.0 if found["sign"] == "P" else -1.0)
     return Label(found["kind"], degrees + ZERO_CELSIUS, int(found["script"]))
 
@@ -62,7 +70,7 @@ def read_dynamic(path: str | PathLike[str]) -> Script:
     """A script as Plett publishes dynamic tests: `time, step, current, voltage, chgAh, disAh`, current positive on discharge.
 
     Raises:
-        VehicleError: a file that cannot be read, lacks a column or holds something else than finite numbers, with the line.
+        VehicleError: a file that cannot be read, lacks a column, has it twice or holds something else than finite numbers, with the line.
     """
     return _script(Path(path), _DYNAMIC, current_sign=1.0)
 
@@ -91,7 +99,12 @@ def _script(path: Path, columns: Sequence[str], current_sign: float) -> Script:
     missing = [name for name in columns if name not in header]
     if missing:
         raise VehicleError(f"{path}: line 1 lacks the column {missing[0]}, found {', '.join(header)}")
+    twice = [name for name in columns if header.count(name) > 1]
+    if twice:
+        raise VehicleError(f"{path}: line 1 has the column {twice[0]} {header.count(twice[0])} times, expected once")
     places = [header.index(name) for name in columns]
+    if not _has_data(path):
+        raise VehicleError(f"{path}: 0 lines of data, expected at least two")
     try:
         table = np.loadtxt(path, delimiter=",", skiprows=1, usecols=places, ndmin=2, encoding="utf-8-sig", comments=None)
     except (ValueError, UnicodeDecodeError):
@@ -106,6 +119,12 @@ def _script(path: Path, columns: Sequence[str], current_sign: float) -> Script:
         if column[0] < 0.0:
             raise VehicleError(f"{path}: {name} in data row 1 is {column[0]:g}, expected a counter from 0 up")
     return Script(str(path), t - t[0], current_sign * i, v, 3600.0 * charged, 3600.0 * discharged)
+
+
+def _has_data(path: Path) -> bool:
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        next(file, None)
+        return any(line.strip() for line in file)
 
 
 def _first_fault(path: Path, columns: Sequence[str], places: Sequence[int]) -> str:
@@ -148,9 +167,6 @@ def sort_files(files: Sequence[str | PathLike[str]]) -> tuple[list[OcvTest], lis
         else:
             dynamic.append(DynamicTest(temperature, drive=parts[0], empty=parts[1], full=parts[2]))
     return ocv, dynamic
-
-
-_SCRIPTS = {"OCV": 4, "DYN": 3}
 
 
 def _complain_of_gaps(found: dict[Label, Path]) -> None:

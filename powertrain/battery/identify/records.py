@@ -14,13 +14,15 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+#: Larger samples than these are no battery's: A or V, and s or A s.
+_HUGE = {"time": 1e9, "current": 1e6, "voltage": 1e6, "charged": 1e9, "discharged": 1e9}
 #: Mean distance of the points over which sampled current and charge counter are brought together, s.
 _ALIGN_EVERY = 300.0
 
 
 @dataclass(frozen=True, eq=False)
 class Script:
-    """One script of a test: columns of n samples.
+    """One script of a test: columns of n samples, finite, none above 1e6 A or V.
 
     Attributes:
         source: where it comes from, for messages.
@@ -39,13 +41,15 @@ class Script:
     discharged: Floats
 
     def __post_init__(self) -> None:
-        names = ("time", "current", "voltage", "charged", "discharged")
-        for name in names:
+        for name, bound in _HUGE.items():
             column = getattr(self, name)
             if column.ndim != 1 or column.shape != self.time.shape or len(column) < 2:
                 raise VehicleError(f"{self.source}: column {name} has shape {column.shape}, expected {self.time.shape} with at least two samples")
             if not np.all(np.isfinite(column)):
                 raise VehicleError(f"{self.source}: {name} at sample {int(np.argmin(np.isfinite(column)))} is not finite")
+            if np.max(np.abs(column)) > bound:
+                at = int(np.argmax(np.abs(column)))
+                raise VehicleError(f"{self.source}: {name} at sample {at} is {column[at]:g}, expected at most {bound:g}")
         if not np.all(np.diff(self.time) >= 0.0):
             raise VehicleError(f"{self.source}: time goes back at sample {int(np.argmin(np.diff(self.time) >= 0.0)) + 1}")
         for name in ("charged", "discharged"):

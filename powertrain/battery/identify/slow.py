@@ -46,7 +46,7 @@ def charge_balances(tests: Sequence[OcvTest] | Sequence[DynamicTest]) -> list[Ch
     interpolated over the temperatures there are.
 
     Raises:
-        VehicleError: an efficiency that is not between 0.9 and 1.01, or a capacity that is not positive.
+        VehicleError: naming every script of the test: an efficiency that is not between 0.9 and 1.01, or a capacity that is not positive.
     """
     warm = [(test, *_scripts(test)) for test in tests]
     warm.sort(key=lambda entry: entry[0].temperature)
@@ -62,7 +62,7 @@ def charge_balances(tests: Sequence[OcvTest] | Sequence[DynamicTest]) -> list[Ch
         into_there, out_there = _sums(there[:1])
         balance = Charge(test.temperature, eta, reference, out + out_there - eta * into - reference * into_there)
         if not 0.9 < eta < 1.01 or not balance.capacity > 0.0:
-            source = here[0].source if here[0] else "test"
+            source = ", ".join(script.source for script in (*here, *there) if script is not None)
             hours = balance.capacity / 3600.0
             raise VehicleError(f"{source}: coulombic efficiency {eta:.4f} and capacity {hours:.4g} Ah, expected 0.9 to 1.01 and above 0")
         balances.append(balance)

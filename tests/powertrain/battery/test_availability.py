@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from powertrain import VehicleError
-from powertrain.battery import Pack, available_power, electromotive, pack_power, published_power, rest, simulate, voltage
+from powertrain.battery import Pack, available_power, electromotive, load_cell, pack_power, published_power, rest, simulate, voltage
 
 from .conftest import LIMITS, make
 
@@ -18,7 +18,7 @@ def linear_cell(**limits):
     window = msgspec.structs.replace(LIMITS, **limits)
     return make(
         "esc", limits=window, hysteresis_v=0.0, hysteresis_rate=0.0, ocv_v=Table(soc=(0.0, 1.0), values=(3.0, 4.0)),
-        esc=Esc(ohmic_ohm=0.004, resistance_ohm=0.0, pole_radps=1.0), coulombic_efficiency=1.0, heat_capacity_jpk=1e9,
+        esc=Esc(ohmic_ohm=0.004, resistance_ohm=0.0, pole_radps=1.0), coulombic_efficiency=1.0, heat_capacity_jpk=1e8,
     )  # fmt: skip
 
 
@@ -107,12 +107,58 @@ def test_the_weakest_cell_of_a_pack_decides():
     assert weakest == (2, 0)
     typical = available_power(cell, rest(cell, 0.12), WARM, horizons=(10.0,))
     assert down < 4 * typical.discharge[0].power
-    assert up <= 4 * typical.charge[0].power
+    assert up == pytest.approx(LIMITS.charge_peak_a * pack.voltage(state, -LIMITS.charge_peak_a), rel=2e-3)  # the current decides
+
+
+@pytest.mark.parametrize("degrees", [-10.0, 4.9, 45.1])
+def test_nothing_is_promised_at_temperatures_where_the_cell_was_not_identified(degrees):
+    cell = load_cell("nmc_40ah")
+    found = available_power(cell, rest(cell, 0.5), 273.15 + degrees)
+    assert {(a.power, a.current, a.power_limit) for a in (*found.discharge, *found.charge)} == {(0.0, 0.0, "validity")}
+    beyond = available_power(cell, rest(cell, 0.5), 273.15 + degrees, horizons=(10.0,), extrapolate=True)
+    assert beyond.discharge[0].power > 0.0
+
+
+def test_power_is_promised_up_to_the_very_ends_of_the_identified_temperatures():
+    cell = load_cell("nmc_40ah")
+    for degrees in (5.0, 45.0):
+        assert available_power(cell, rest(cell, 0.5), 273.15 + degrees, horizons=(10.0,)).discharge[0].power > 0.0
+
+
+@pytest.mark.parametrize("name", ["a123_26650", "nmc_40ah"])
+def test_near_empty_and_near_full_no_limit_is_passed_between_the_steps(name):
+    """LFP near empty: resistance falls as the cell fills, so the voltage on charge rises by a volt within seconds to a peak and falls again."""
+    cell = load_cell(name)
+    low, high = cell.limits.voltage_min_v, cell.limits.voltage_max_v
+    for soc in (0.0, 0.003, 0.01, 0.02, 0.97, 1.0):
+        found = available_power(cell, rest(cell, soc), WARM, margin=0.0)
+        for horizon, down, up in zip(found.horizons, found.discharge, found.charge, strict=True):
+            t = np.linspace(0.0, horizon, 1000)
+            for current in (down.current, -up.current):
+                u = simulate(cell, t, np.full(1000, current), WARM, soc).voltage
+                assert not (current > 0.0 and np.min(u) < low - 0.01)
+                assert not (current < 0.0 and np.max(u) > high + 0.01)
+
+
+@pytest.mark.parametrize("soc", [0.0, 0.01, 0.06, 0.5])
+def test_a_longer_horizon_never_promises_more_in_whatever_order_it_is_asked(soc):
+    cell = load_cell("a123_26650")
+    found = available_power(cell, rest(cell, soc), WARM, horizons=(30.0, 1.0, 3.0, 10.0))
+    for answers in (found.discharge, found.charge):
+        power, current = ([getattr(answers[k], name) for k in (1, 2, 3, 0)] for name in ("power", "current"))
+        assert power == sorted(power, reverse=True)
+        assert current == sorted(current, reverse=True)
 
 
 @pytest.mark.parametrize(
     ("state", "horizons", "says"),
-    [((np.nan, 0, 0), (1.0,), "finite"), ((0.5, 0), (1.0,), "3 finite"), ((0.5, 0, 0), (0.0,), "positive")],
+    [
+        ((np.nan, 0, 0), (1.0,), "finite"),
+        ((1.2, 0, 0), (1.0,), "soc is 1.2"),
+        ((-0.1, 0, 0), (1.0,), "soc is -0.1"),
+        ((0.5, 0), (1.0,), "3 finite"),
+        ((0.5, 0, 0), (0.0,), "positive"),
+    ],
 )
 def test_a_question_that_makes_no_sense_is_refused(state, horizons, says):
     with pytest.raises(VehicleError, match=says):

@@ -18,6 +18,7 @@ from powertrain.battery import (
     voltage,
 )
 from powertrain.battery.cell import frozen_at
+from powertrain.battery.simulation import transitions
 
 from .conftest import make
 
@@ -155,6 +156,26 @@ def test_thirty_thousand_samples_take_less_than_a_second(cell, rng):
     begin = perf_counter()
     simulate(cell, t, current, WARM, 0.5)
     assert perf_counter() - begin < 1.0
+
+
+def test_a_clock_that_jitters_costs_no_more_than_a_second_and_a_half(cell, rng):
+    from time import perf_counter
+
+    t, current = np.concatenate([[0.0], np.cumsum(rng.uniform(0.9, 1.1, 29999))]), rng.normal(0, 40, 30000)
+    simulate(cell, t[:10], current[:10], WARM, 0.5)
+    begin = perf_counter()
+    simulate(cell, t, current, WARM, 0.5)
+    assert perf_counter() - begin < 1.5
+
+
+@pytest.mark.parametrize("poles", [(0.667, 0.0667, 0.00667, 0.001), (0.4, 0.4, 0.4, 0.4), (3.0, 3.0000001, 1e-4, 2.0)])
+def test_steps_of_the_filters_are_the_matrix_exponential_of_scipy(poles):
+    from scipy.linalg import expm
+
+    w, dt = np.array(poles), np.array([1e-6, 0.1, 1.0, 30.0, 3600.0])
+    for chain in (True, False):
+        rates = -np.diag(w) + (np.diag(w[1:], -1) if chain else 0.0)
+        assert transitions(dt, w[None, :], chain=chain) == pytest.approx(np.stack([expm(h * rates) for h in dt]), abs=1e-11)
 
 
 def test_a_cell_survives_being_written_and_read(cell, tmp_path):

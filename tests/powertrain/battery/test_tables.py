@@ -51,6 +51,19 @@ def test_two_nodes_continue_their_line_or_stop():
     assert Table(**line)(-1.0) == pytest.approx(1.0)
 
 
+def test_lists_are_taken_as_arrays():
+    found = table(AXES)([0.1, 0.2], (280.0, 290.0), 5.0)
+    assert found == pytest.approx(table(AXES)(np.array([0.1, 0.2]), np.array([280.0, 290.0]), 5.0))
+
+
+def test_what_is_not_a_number_stays_so_in_numbers_and_is_nothing_in_symbols():
+    """The documented difference: fmin and fmax of CasADi drop a NaN."""
+    x = ca.SX.sym("x")
+    line = Table(soc=(0.0, 1.0), values=(1.0, 3.0))
+    assert np.isnan(line(np.nan))
+    assert float(ca.Function("t", [x], [line(x)])(np.nan)) == 0.0
+
+
 @given(soc=st.floats(-1, 2), warm=st.floats(200, 400), current=st.floats(-100, 100))
 def test_a_clamped_table_never_leaves_its_values(soc, warm, current):
     assert VALUES.min() - 1e-9 <= table(AXES)(soc, warm, current) <= VALUES.max() + 1e-9
