@@ -21,6 +21,7 @@ from .battery import PackModel, load_cell
 from .chassis.double_track import DoubleTrack
 from .chassis.flows import ELECTRIC, FLOWS, KEPT, SINKS, SOURCES, flows, kept
 from .chassis.machine import Machine
+from .errors import VehicleError
 from .sections import Battery, Electrics
 from .supply import converter_input, converter_loss
 
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 
 _BATTERY = ("chemical", "terminal", "heat", "polarisation")
 #: Limits of the cell that a drive may pass.
-LIMITS = ("voltage", "current", "soc", "temperature")
+LIMITS: tuple[str, ...] = ("voltage", "current", "soc", "temperature")
 
 
 class _PackOnPower:
@@ -129,8 +130,11 @@ class Plant:
             battery_every: steps of the mechanics in a step of the battery.
 
         Raises:
-            VehicleError: the description lacks a section.
+            VehicleError: the description lacks a section, or a number that makes no state.
         """
+        if not (np.isfinite(speed) and 0.0 <= soc <= 1.0 and 150.0 < temperature < 500.0 and battery_every >= 1):
+            found = f"speed {speed} m/s, soc {soc}, temperature {temperature} K, battery every {battery_every} steps"
+            raise VehicleError(f"{vehicle.name}: {found}, expected a finite speed, soc in 0 to 1, 150 to 500 K and at least every step")
         self.body = DoubleTrack(vehicle)
         self.electrics = vehicle.need("electrics", Electrics)
         battery = vehicle.need("battery", Battery)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from powertrain import driving_resistance, load_vehicle, shipped
+from powertrain import VehicleError, driving_resistance, load_vehicle, shipped
 from powertrain.chassis.double_track import WHEELS
 from powertrain.chassis.flows import ELECTRIC, SINKS
 from powertrain.plant import Plant
@@ -118,3 +118,11 @@ def test_an_empty_battery_says_what_it_could_not_give():
     plant._draw()
     assert plant.ledger().unserved > 0.0
     assert np.all(np.isfinite(plant.battery_state))
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"soc": 1.2}, {"soc": float("nan")}, {"speed": float("inf")}, {"temperature": 25.0}, {"battery_every": 0}, {"dt": 0.0}]
+)
+def test_numbers_that_make_no_state_are_refused(wrong: dict[str, float]):
+    with pytest.raises(VehicleError, match="expected"):
+        Plant(load_vehicle("romo"), **wrong)  # pyright: ignore[reportArgumentType]

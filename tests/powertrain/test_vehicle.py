@@ -53,3 +53,18 @@ def test_names_and_files_that_do_not_exist_are_refused(tmp_path: Path):
 def test_a_vehicle_cannot_be_changed(romo: Vehicle):
     with pytest.raises(AttributeError):
         romo.chassis.mass_kg = 1.0  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_tyre_files_are_found_beside_the_car_and_among_the_shipped_ones(tmp_path: Path):
+    from powertrain.tyre import MagicTyre, MfTyre
+
+    text = (SHELF / "romo.toml").read_text()
+    start, end = text.index("[tyre]"), text.index("[steering]")
+    file = tmp_path / "car.toml"
+    file.write_text(text[:start] + '[tyre]\nmodel = "mf"\nfile = "car205_60r15"\n\n[rear_' + text[start + 1 : end] + text[end:])
+    front, rear = load_vehicle(file).tyres()
+    assert isinstance(front, MfTyre)
+    assert isinstance(rear, MagicTyre)
+    file.write_text(text[:start] + '[tyre]\nmodel = "mf"\nfile = "none.tir"\n\n' + text[end:])
+    with pytest.raises(VehicleError, match=r"none\.tir"):
+        load_vehicle(file).tyres()
