@@ -46,7 +46,7 @@ def read_toml(path: Path, kind: type[T]) -> T:
         VehicleError: a file that cannot be read, is not TOML or does not describe a `kind`.
     """
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise VehicleError(f"{path}: no such file") from None
     except (ValueError, RecursionError) as error:

@@ -52,6 +52,12 @@ class Entry:
     line: int
 
 
+#: What tyres of road vehicles can be: values in mm or kN are found here.
+_SIZES = {"UNLOADED_RADIUS": (0.05, 2.0, "m"), "FNOMIN": (50.0, 2e5, "N")}
+#: No coefficient and no stiffness is larger.
+_LARGEST_NUMBER = 1e9
+
+
 def read_tir(path: str | PathLike[str]) -> MfTyre:
     """The tyre that a `.tir` file describes.
 
@@ -209,6 +215,12 @@ def _check_numbers(path: Path, numbers: dict[str, Entry]) -> None:
     for key in (*_POSITIVE, "LONGVL", "NOMPRES", "VERTICAL_STIFFNESS"):
         if key in numbers and not _float(numbers[key]) > 0.0:
             raise VehicleError(f"{path}: line {numbers[key].line}: {key} is {numbers[key].value:g}, expected more than 0")
+    for key, (least, most, unit) in _SIZES.items():
+        if key in numbers and not least <= _float(numbers[key]) <= most:
+            found = f"{path}: line {numbers[key].line}: {key} is {numbers[key].value:g}"
+            raise VehicleError(f"{found}, expected {least:g} to {most:g} {unit}")
+    if worst := [key for key in numbers if abs(_float(numbers[key])) > _LARGEST_NUMBER]:
+        raise VehicleError(f"{path}: line {numbers[worst[0]].line}: {worst[0]} is {numbers[worst[0]].value:g}, expected at most {_LARGEST_NUMBER:g}")
     for key in ("PDY1", "PKY1"):
         if _float(numbers[key]) == 0.0:
             raise VehicleError(f"{path}: line {numbers[key].line}: {key} is 0, expected a number other than 0")

@@ -58,6 +58,8 @@ MALFORMED = {
     "degrees": (changed("'radians'", "'degrees'"), r"line 5: unit of ANGLE is 'degrees', expected SI, 'radians'"),
     "side": (changed("'LEFT'", "'FRONT'"), r"line 11: TYRESIDE is 'FRONT', expected 'LEFT', 'RIGHT' or 'SYMMETRIC'"),
     "zero load": (changed("FNOMIN = 4500", "FNOMIN = 0"), r"line 15: FNOMIN is 0, expected more than 0"),
+    "load in kN": (changed("FNOMIN = 4500", "FNOMIN = 4.5"), r"line 15: FNOMIN is 4\.5, expected 50 to 200000 N"),
+    "huge": (changed("PKY1 = -21.3", "PKY1 = -1e300"), r"PKY1 is -1e\+300, expected at most 1e\+09"),
     "negative friction scale": (changed("LMUX = 0.95", "LMUX = -1"), r"LMUX is -1, expected more than 0"),
     "zero stiffness": (changed("PKY1 = -21.3", "PKY1 = 0"), r"PKY1 is 0, expected a number other than 0"),
     "turned range": (changed("ALPMAX =  0.4", "ALPMAX = -0.5"), r"line 25: ALPMIN is -0\.4 and ALPMAX is -0\.5, expected an increasing pair"),
