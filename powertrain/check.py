@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-import numpy as np
-
 from .errors import VehicleError
-from .motor import motor_losses, torque_limits
-from .performance import acceleration_time, steepest_slope, top_speed, understeer_gradient
+from .performance import acceleration_time, best_point, steepest_slope, top_speed, understeer_gradient
 from .vehicle import GRAVITY, Vehicle, load_vehicle
 
 if TYPE_CHECKING:
@@ -72,11 +69,7 @@ def _motion(vehicle: Vehicle) -> list[Finding]:
 
 
 def _drive(vehicle: Vehicle) -> list[Finding]:
-    drive = vehicle.drive
-    speeds = np.linspace(0.02, 1.0, 50) * vehicle.limits.speed_max_mps * vehicle.motor_ratio
-    torque = np.linspace(0.02, 1.0, 50)[:, None] * torque_limits(drive, speeds)[0]
-    power = torque * speeds
-    best = float(np.max(power / (power + sum(motor_losses(vehicle, torque, speeds)))))
+    best = best_point(vehicle).efficiency
     if not 0.8 < best < 0.98:
         return [Finding("warning", "drive", f"best efficiency {100 * best:.1f} %, expected 80 to 98 % of a motor with its inverter")]
     return []

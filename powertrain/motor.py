@@ -12,8 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .errors import VehicleError
-from .sections import Drive, Weakening
+from .sections import Drive, Steering, Weakening
 from .vehicle import Vehicle
+
+
+class MachineLosses(NamedTuple):
+    """Losses of a machine with its inverter in W."""
+
+    copper: Any
+    iron: Any
+    inverter: Any
+    friction: Any
 
 
 class MotorLosses(NamedTuple):
@@ -26,16 +35,35 @@ class MotorLosses(NamedTuple):
     gear: Any
 
 
+def copper_per_torque(machine: Drive | Steering) -> float:
+    """b in `b tau^2`: copper loss per squared torque of a machine, W/Nm^2."""
+    return 2.0 * machine.phase_resistance_ohm / (3.0 * machine.pole_pairs**2 * machine.magnet_flux_wb**2)
+
+
+def inverter_per_torque(machine: Drive | Steering) -> float:
+    """a in `a |tau|`: current-dependent inverter loss per torque of a machine, W/Nm."""
+    return 2.0 * machine.inverter_per_current_wpa / (3.0 * machine.pole_pairs * machine.magnet_flux_wb)
+
+
+def machine_losses(machine: Drive | Steering, torque: Any, speed: Any) -> MachineLosses:
+    """Losses of a traction or steering machine at shaft `torque` (Nm) and `speed` (rad/s): the integrand of (3.39) and (3.41), W."""
+    turning = abs(speed)
+    return MachineLosses(
+        copper=copper_per_torque(machine) * torque**2,
+        iron=machine.hysteresis_nm * turning + machine.eddy_nms * speed**2,
+        inverter=machine.inverter_constant_w + inverter_per_torque(machine) * abs(torque),
+        friction=machine.friction_nm * turning,
+    )
+
+
 def copper_factor(vehicle: Vehicle) -> float:
-    """b in `b tau^2`: copper loss per squared torque, W/Nm^2."""
-    p = vehicle.drive
-    return 2.0 * p.phase_resistance_ohm / (3.0 * p.pole_pairs**2 * p.magnet_flux_wb**2)
+    """b in `b tau^2` of the traction motors, W/Nm^2."""
+    return copper_per_torque(vehicle.drive)
 
 
 def inverter_factor(vehicle: Vehicle) -> float:
-    """a in `a |tau|`: current-dependent inverter loss per torque, W/Nm."""
-    p = vehicle.drive
-    return 2.0 * p.inverter_per_current_wpa / (3.0 * p.pole_pairs * p.magnet_flux_wb)
+    """a in `a |tau|` of the traction motors, W/Nm."""
+    return inverter_per_torque(vehicle.drive)
 
 
 def gear_factor(vehicle: Vehicle) -> float:
@@ -61,17 +89,17 @@ def motor_losses(vehicle: Vehicle, torque: Any, speed: Any, temperature: Any = N
         VehicleError: a temperature for a car without `drive.thermal`.
     """
     p = vehicle.drive
-    turning = abs(speed)
-    copper = copper_factor(vehicle) * torque**2
+    plain = machine_losses(p, torque, speed)
+    copper = plain.copper
     if p.weakening is not None:
         copper = copper + 1.5 * p.phase_resistance_ohm * weakening_current(p, torque, speed) ** 2
     if temperature is not None:
         copper = copper * resistance_rise(vehicle, temperature)
     return MotorLosses(
         copper=copper,
-        iron=p.hysteresis_nm * turning + p.eddy_nms * speed**2,
-        inverter=p.inverter_constant_w + inverter_factor(vehicle) * abs(torque),
-        friction=p.friction_nm * turning,
+        iron=plain.iron,
+        inverter=plain.inverter,
+        friction=plain.friction,
         gear=gear_factor(vehicle) * abs(torque * speed),
     )
 

@@ -89,14 +89,11 @@ class MotorMap:
 
     def fit(self) -> MapFit:
         """The polynomial losses nearest to the map in the least-squares sense, all coefficients at least zero."""
-        from scipy.optimize import nnls
-
         t, w = np.abs(self.torque), np.abs(self.speed)
         torques = np.column_stack([t, t**2, t * w, t**2 * w])
         drives = (self.torque * self.speed >= 0.0)[:, None]
         rows = np.column_stack([np.ones_like(t), w, w**2, torques * drives, torques * ~drives])
-        size = np.maximum(np.abs(rows).max(axis=0), 1e-300)
-        found = nnls(rows / size, self.loss)[0] / size
+        found = _nearest(rows, self.loss)
         error = rows @ found - self.loss
         return MapFit(found[:3], found[3:7], found[7:], float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error))))
 
@@ -107,12 +104,9 @@ class MotorMap:
         change; what the map loses in proportion to power beyond them joins the gear's efficiency. The map is of motor and inverter: the gear's
         own efficiency stays as it was declared.
         """
-        from scipy.optimize import nnls
-
         t, w = np.abs(self.torque), np.abs(self.speed)
         rows = np.column_stack([np.ones_like(t), w, w**2, t, t**2, t * w])
-        size = np.maximum(np.abs(rows).max(axis=0), 1e-300)
-        constant, drag, eddy, a, b, share = nnls(rows / size, self.loss)[0] / size
+        constant, drag, eddy, a, b, share = _nearest(rows, self.loss)
         flux = drive.pole_pairs * drive.magnet_flux_wb
         return msgspec.structs.replace(
             drive,
@@ -125,6 +119,14 @@ class MotorMap:
             gear_efficiency=float((1.0 - min(share, 0.99)) * drive.gear_efficiency),
             weakening=None,
         )
+
+
+def _nearest(rows: Floats, loss: Floats) -> Floats:
+    """Coefficients, none below zero, of the columns of `rows` that come nearest to `loss`."""
+    from scipy.optimize import nnls
+
+    size = np.maximum(np.abs(rows).max(axis=0), 1e-300)
+    return nnls(rows / size, loss)[0] / size
 
 
 def read_map(path: str | PathLike[str]) -> MotorMap:

@@ -5,12 +5,12 @@ Quasi-static, on its motors' limits and driving resistances; friction is taken t
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from .errors import VehicleError
-from .motor import force_limits
+from .motor import force_limits, motor_losses, torque_limits
 from .resistance import driving_resistance
 from .sections import Body
 from .vehicle import GRAVITY, Vehicle
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-#: Speed of light traffic is no concern of ours: no car here is faster, m/s.
+#: No car here is faster, m/s.
 _FASTEST = 150.0
 
 
@@ -56,6 +56,23 @@ def acceleration_time(vehicle: Vehicle, speed: float, start: float = 0.0, slope:
         return float("inf")
     inverse = vehicle.effective_mass / spare
     return float(np.sum(0.5 * (inverse[1:] + inverse[:-1]) * np.diff(v)))
+
+
+class BestPoint(NamedTuple):
+    """Where motor, inverter and gear lose least of what passes: share, Nm, rad/s."""
+
+    efficiency: float
+    torque: float
+    speed: float
+
+
+def best_point(vehicle: Vehicle) -> BestPoint:
+    """The most efficient driving point of a motor within its limits, on a grid of 200 by 200."""
+    speeds = np.linspace(0.01, 1.0, 200) * vehicle.limits.speed_max_mps * vehicle.motor_ratio
+    torque = np.linspace(0.01, 1.0, 200)[:, None] * torque_limits(vehicle.drive, speeds)[0]
+    efficiency = torque * speeds / (torque * speeds + sum(motor_losses(vehicle, torque, speeds)))
+    row, column = np.unravel_index(int(np.argmax(efficiency)), efficiency.shape)
+    return BestPoint(float(efficiency[row, column]), float(torque[row, column]), float(speeds[column]))
 
 
 def steepest_slope(vehicle: Vehicle, v: float = 0.0) -> float:

@@ -8,21 +8,19 @@ from __future__ import annotations
 
 import heapq
 from collections import deque
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 import numpy as np
 
 from .errors import VehicleError
+from .sections import NotNegative, Positive
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 #: s
 BASE_CLOCK = 0.004
-
-_NotNegative = Annotated[float, msgspec.Meta(ge=0.0, lt=1e9)]
-_Positive = Annotated[float, msgspec.Meta(gt=0.0, lt=1e9)]
 
 
 class Sensor(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -111,10 +109,10 @@ class Fix(NamedTuple):
 class GnssDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A satellite receiver: fixes every `period_s`, late by `delay_s` plus an exponential jitter, none within `outages_s`."""
 
-    period_s: _Positive = 0.2
-    delay_s: _NotNegative = 0.2
-    jitter_s: _NotNegative = 0.0
-    deviation_m: _NotNegative = 0.02
+    period_s: Positive = 0.2
+    delay_s: NotNegative = 0.2
+    jitter_s: NotNegative = 0.0
+    deviation_m: NotNegative = 0.02
     outages_s: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .motor import machine_losses
 from .sections import Steering
 
 #: Below this sliding speed in m/s the bore torque is smooth in the steering rate; it only rounds off the step at rest.
@@ -53,16 +54,6 @@ class SteeringPower(NamedTuple):
         return sum(self)
 
 
-def copper_factor(steering: Steering) -> float:
-    """b in `b tau^2`: copper loss per squared motor torque, W/Nm^2."""
-    return 2.0 * steering.phase_resistance_ohm / (3.0 * steering.pole_pairs**2 * steering.magnet_flux_wb**2)
-
-
-def inverter_factor(steering: Steering) -> float:
-    """a in `a |tau|`, W/Nm."""
-    return 2.0 * steering.inverter_per_current_wpa / (3.0 * steering.pole_pairs * steering.magnet_flux_wb)
-
-
 def bore_torque(steering: Steering, rate: Any, contact: Contact) -> Any:
     """Torque about the king pin in Nm that turns the contact patch on the spot; fades as the wheel rolls.
 
@@ -100,8 +91,5 @@ def steering_power(steering: Steering, rate: Any, acceleration: Any, contact: Co
         aligning=align * rate,
         bore=bore * rate,
         gear=gear,
-        copper=copper_factor(p) * torque**2,
-        iron=p.hysteresis_nm * np.fabs(speed) + p.eddy_nms * speed**2,
-        inverter=p.inverter_constant_w + inverter_factor(p) * np.fabs(torque),
-        friction=p.friction_nm * np.fabs(speed),
+        **machine_losses(p, torque, speed)._asdict(),
     )

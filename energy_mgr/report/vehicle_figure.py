@@ -92,7 +92,7 @@ def _draw_forces(axes: Axes, vehicle: Vehicle) -> None:
     axes.axhline(0.0, color=BORDER, linewidth=0.5)
     axes.set_xlim(0.0, KMH * v[-1])
     # room for the legend above the curves
-    axes.set_ylim(-1.1 * float(np.max(regen)) / 1e3 - 1e-3, 1.65 * float(np.max(drive)) / 1e3)
+    axes.set_ylim(-1.1 * float(np.max(regen)) / 1e3 - 1e-3, 2.1 * float(np.max(drive)) / 1e3)
     axes.set_xlabel("speed in km/h")
     axes.set_ylabel("force in kN")
     axes.legend(loc="upper right", frameon=False, fontsize=6.5, ncols=2)

@@ -9,8 +9,7 @@ import numpy as np
 
 from powertrain.battery import load_cell
 from powertrain.cycle import drive_cycle
-from powertrain.motor import motor_losses, torque_limits
-from powertrain.performance import acceleration_time, characteristic_speed, steepest_slope, top_speed, understeer_gradient
+from powertrain.performance import acceleration_time, best_point, characteristic_speed, steepest_slope, top_speed, understeer_gradient
 from powertrain.thermal import continuous_torque
 from roads import cycles
 
@@ -49,15 +48,12 @@ def _drive_lines(vehicle: Vehicle) -> list[str]:
     axles = drive.driven or ("rear" if drive.motor_count == 1 else "all")
     place = "one per wheel" if drive.per_wheel else "one per axle" if drive.motor_count == 2 else "with differential"
     wheels = {"all": "all wheels", "front": "front wheels", "rear": "rear wheels"}[axles]
-    speeds = np.linspace(0.01, 1.0, 200) * vehicle.limits.speed_max_mps * vehicle.motor_ratio
-    torque = np.linspace(0.01, 1.0, 200)[:, None] * torque_limits(drive, speeds)[0]
-    efficiency = torque * speeds / (torque * speeds + sum(motor_losses(vehicle, torque, speeds)))
-    row, column = np.unravel_index(int(np.argmax(efficiency)), efficiency.shape)
+    best = best_point(vehicle)
     gear = f", gear {drive.gear_ratio:g} : 1" if drive.gear_ratio != 1.0 else ", direct"
     motors = f"{drive.motor_count} motor{'s' * (drive.motor_count > 1)} of {drive.torque_max_nm:.0f} Nm and {drive.power_max_w / 1e3:.0f} kW"
     lines = [
         f"drive          {motors}, {place}, {wheels}{gear}",
-        f"best point     {100 * efficiency[row, column]:.1f} % at {torque[row, column]:.0f} Nm and {RPM * speeds[column]:.0f} rpm",
+        f"best point     {100 * best.efficiency:.1f} % at {best.torque:.0f} Nm and {RPM * best.speed:.0f} rpm",
     ]
     if drive.thermal is not None:
         speed = 0.5 * vehicle.limits.speed_max_mps * vehicle.motor_ratio

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 
 from ..errors import VehicleError
+from ..sections import NotNegative, Positive
 from ..toml_file import dump_toml, find, on_shelf, read_toml
 from .tables import ZERO_CELSIUS, Table, smallest
 
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
 SHELF = Path(__file__).parent / "cells"
 
-Positive = Annotated[float, msgspec.Meta(gt=0.0, lt=1e9)]
-NotNegative = Annotated[float, msgspec.Meta(ge=0.0, lt=1e9)]
 Degrees = Annotated[float, msgspec.Meta(gt=-100.0, lt=200.0)]
 Share = Annotated[float, msgspec.Meta(ge=-0.1, le=1.1)]
 Resistance = NotNegative | Table

@@ -19,9 +19,9 @@ import msgspec
 import numpy as np
 
 from ..errors import VehicleError
+from ..sections import NotNegative as NotNegative
+from ..sections import Positive as Positive
 
-Positive = Annotated[float, msgspec.Meta(gt=0.0, lt=1e9)]
-NotNegative = Annotated[float, msgspec.Meta(ge=0.0, lt=1e9)]
 Degression = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
 
 #: Relaxation lengths do not fall below this share of their nominal value: a plant divides by them, and a wheel may lift.

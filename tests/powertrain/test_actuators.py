@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 
 from powertrain import load_vehicle
 from powertrain.brake import brake_torque, hold_rate, stored
+from powertrain.motor import copper_per_torque
 from powertrain.sections import Brakes, Electrics, Steering
-from powertrain.steering import Contact, aligning_torque, bore_torque, copper_factor, steering_power
+from powertrain.steering import Contact, aligning_torque, bore_torque, steering_power
 from powertrain.supply import backup_flow, converter_input, converter_loss
 
 ROMO = load_vehicle("romo")
@@ -20,7 +21,7 @@ ELECTRICS = ROMO.need("electrics", Electrics)
 def test_derived_constant_of_the_steering_motor_is_that_of_the_specification():
     """Torque constant 0.089286 Nm/A and b = 15.410 W/Nm^2 [CHK]."""
     assert 1.5 * STEERING.pole_pairs * STEERING.magnet_flux_wb == pytest.approx(0.089286, abs=5e-7)
-    assert copper_factor(STEERING) == pytest.approx(15.410, abs=5e-4)
+    assert copper_per_torque(STEERING) == pytest.approx(15.410, abs=5e-4)
 
 
 def test_bore_torque_is_that_of_a_pressed_disc_at_rest_and_fades_as_the_wheel_rolls():
@@ -53,7 +54,7 @@ def test_steering_power_is_shaft_power_plus_motor_losses_and_no_loss_is_negative
     load_torque = p.wheel_yaw_inertia_kgm2 * acceleration + bore_torque(p, rate, contact) + aligning_torque(p, contact)
     torque = load_torque / i + p.motor_inertia_kgm2 * i * acceleration + (1.0 - p.gear_efficiency) * abs(load_torque / i) * np.sign(rate)
     omega = i * rate
-    losses = p.friction_nm * abs(omega) + p.hysteresis_nm * abs(omega) + p.eddy_nms * omega**2 + copper_factor(p) * torque**2
+    losses = p.friction_nm * abs(omega) + p.hysteresis_nm * abs(omega) + p.eddy_nms * omega**2 + copper_per_torque(p) * torque**2
     assert power.total == pytest.approx(torque * omega + losses, rel=1e-9, abs=1e-9)
 
 
