@@ -3,6 +3,8 @@ from .balance import Ledger as Ledger
 from .balance import drive_energy as drive_energy
 from .cycle import CycleLedger as CycleLedger
 from .cycle import drive_cycle as drive_cycle
+from .cycle_charge import ChargeLedger as ChargeLedger
+from .cycle_charge import charge_over_cycle as charge_over_cycle
 from .errors import VehicleError as VehicleError
 from .motor import MotorLosses as MotorLosses
 from .motor import force_limits as force_limits
@@ -32,6 +34,7 @@ __all__ = [
     "Battery",
     "Body",
     "Brakes",
+    "ChargeLedger",
     "Chassis",
     "CycleLedger",
     "Drive",
@@ -47,6 +50,7 @@ __all__ = [
     "Steering",
     "Vehicle",
     "VehicleError",
+    "charge_over_cycle",
     "drive_cycle",
     "drive_energy",
     "driving_resistance",

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-#: Where energy goes: three resistances, five losses, and the change of kinetic energy.
-COMPONENTS = ("rolling", "drag", "slope", "copper", "iron", "inverter", "friction", "gear", "kinetic")
+#: Where energy goes: three resistances, the friction brakes, five losses, and the change of kinetic energy.
+COMPONENTS = ("rolling", "drag", "slope", "brake", "copper", "iron", "inverter", "friction", "gear", "kinetic")
 
 
 class Interval(NamedTuple):
@@ -37,7 +37,7 @@ class Interval(NamedTuple):
     energies: dict[str, Any]
 
 
-def balance(vehicle: Vehicle, ds: Any, v0: Any, v1: Any, dz: Any) -> Interval:
+def balance(vehicle: Vehicle, ds: Any, v0: Any, v1: Any, dz: Any, brake: Any = 0.0) -> Interval:
     """Force and energies (J, drawn from the battery, negative when recuperated) of intervals.
 
     NumPy operations only: floats, arrays and CasADi symbols pass.
@@ -48,6 +48,7 @@ def balance(vehicle: Vehicle, ds: Any, v0: Any, v1: Any, dz: Any) -> Interval:
         v0: speed at the start, m/s, not negative.
         v1: speed at the end, m/s, not both zero.
         dz: rise, m.
+        brake: force of the friction brakes, N, not negative.
     """
     mean_speed = 0.5 * (v0 + v1)
     time = ds / mean_speed
@@ -56,8 +57,9 @@ def balance(vehicle: Vehicle, ds: Any, v0: Any, v1: Any, dz: Any) -> Interval:
         "drag": drag_force(vehicle, 0.5 * (v0**2 + v1**2)) * ds,
         "slope": slope_force(vehicle, dz / ds) * ds,
         "kinetic": 0.5 * vehicle.effective_mass * (v1**2 - v0**2),
+        "brake": brake * ds,
     }
-    force = (energies["rolling"] + energies["drag"] + energies["slope"] + energies["kinetic"]) / ds
+    force = (energies["rolling"] + energies["drag"] + energies["slope"] + energies["kinetic"] + energies["brake"]) / ds
     count, ratio = vehicle.drive.motor_count, vehicle.motor_ratio
     losses = motor_losses(vehicle, force / (count * ratio), mean_speed * ratio)
     energies |= {name: count * loss * time for name, loss in losses._asdict().items()}
@@ -70,7 +72,7 @@ class Ledger:
 
     Attributes:
         time: (n-1,) duration of each interval, s.
-        force: (n-1,) driving force at the wheels, N, negative when recuperating.
+        force: (n-1,) force of the motors at the wheels, N, negative when recuperating.
         power: (n-1,) mean power drawn from the battery, W.
         energy: (n-1,) energy drawn from the battery, J.
         components: energy in J over the whole drive by `COMPONENTS`; they add up to `total`.
@@ -93,7 +95,7 @@ class Ledger:
         return float(np.sum(self.time))
 
 
-def drive_energy(vehicle: Vehicle, s: ArrayLike, v: ArrayLike, z: ArrayLike = 0.0) -> Ledger:
+def drive_energy(vehicle: Vehicle, s: ArrayLike, v: ArrayLike, z: ArrayLike = 0.0, brake: ArrayLike = 0.0) -> Ledger:
     """The account of driving through stations `s` with speeds `v` over heights `z`.
 
     Args:
@@ -101,6 +103,7 @@ def drive_energy(vehicle: Vehicle, s: ArrayLike, v: ArrayLike, z: ArrayLike = 0.
         s: (n,) stations along the horizontal way, m, increasing.
         v: (n,) speeds, m/s, not negative and never zero at two stations in a row.
         z: (n,) heights, m, or one height.
+        brake: (n-1,) forces of the friction brakes, N, or one force.
 
     Raises:
         VehicleError: arrays that break these rules, with the index.
@@ -116,7 +119,11 @@ def drive_energy(vehicle: Vehicle, s: ArrayLike, v: ArrayLike, z: ArrayLike = 0.
             f"drive between stations {at} and {at + 1}: s {s[at]:g} to {s[at + 1]:g} m, v {v[at]:g} to {v[at + 1]:g} m/s, z {z[at]:g} to "
             f"{z[at + 1]:g} m, expected increasing stations and speeds of which at most one is zero"
         )
-    found = balance(vehicle, np.diff(s), v[:-1], v[1:], np.diff(z))
+    brake = np.broadcast_to(np.asarray(brake, dtype=np.float64), good.shape)
+    if not np.all(brake >= 0.0):
+        at = int(np.argmin(brake >= 0.0))
+        raise VehicleError(f"drive between stations {at} and {at + 1}: friction brakes with {brake[at]:g} N, expected 0 or more")
+    found = balance(vehicle, np.diff(s), v[:-1], v[1:], np.diff(z), brake)
     energy = np.sum([found.energies[name] for name in COMPONENTS], axis=0)
     components = {name: float(np.sum(found.energies[name])) for name in COMPONENTS}
     return Ledger(found.time, found.force, energy / found.time, energy, components)
