@@ -74,7 +74,7 @@ def read(path: Path, *, closed: bool | None = None, lane: float | None = None, w
 
     Args:
         path: CSV or .mat.
-        closed: True for a circuit, False for an open road, None to let the gap between its ends tell.
+        closed: True for a circuit, False for an open road, None to let the line `# closed: true` (or `false`) tell, else the gap between its ends.
         lane: width of the lane that the path is the middle of, m.
         width: width of the whole road, m; what is left of the lane is a lane for the other direction.
 
@@ -94,6 +94,10 @@ def of_table(table: Table, *, closed: bool | None, lane: float | None, width: fl
         raise error if str(error).startswith(str(table.path)) else RoadError(f"{table.path}:{table.header}: {error}") from None
     if names is None:
         raise RoadError(f"{table.path}:{table.header}: columns {shown(table.names)}, expected x and y among them, each once")
+    if closed is None:
+        from .track_csv import closed_key  # which needs this module
+
+        closed = closed_key(table.path, table.keys)
     return _road(table.path, dict(zip(names, table.rows.T, strict=True)), table.keys.get("name"), closed, lane, width)
 
 
