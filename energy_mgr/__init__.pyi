@@ -9,11 +9,17 @@ from .path.result import Path as Path
 from .path.result import PathReport as PathReport
 from .planning import Plan as Plan
 from .planning import plan as plan
+from .planning import plan_front as plan_front
+from .speed.horizon import SpeedPlanner as SpeedPlanner
 from .speed.limits import SpeedLimits as SpeedLimits
+from .speed.methods import plan_speed as plan_speed
 from .speed.result import SpeedProfile as SpeedProfile
+from .speed.rules import DriveRules as DriveRules
 from .trajectory import Trajectory as Trajectory
+from .trajectory_pieces import TrajectoryPoint as TrajectoryPoint
 
 __all__ = [
+    "DriveRules",
     "End",
     "InfeasibleError",
     "Path",
@@ -23,9 +29,13 @@ __all__ = [
     "PlanningError",
     "SolverError",
     "SpeedLimits",
+    "SpeedPlanner",
     "SpeedProfile",
     "Trajectory",
+    "TrajectoryPoint",
     "Weights",
     "plan",
+    "plan_front",
     "plan_path",
+    "plan_speed",
 ]

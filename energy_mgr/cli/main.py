@@ -8,6 +8,7 @@ import sys
 import click
 
 from .battery import battery_group
+from .front import front_command
 from .plan import plan_command
 from .roads import roads_group
 from .vehicle import vehicle_group
@@ -20,6 +21,7 @@ def cli() -> None:
 
 
 cli.add_command(plan_command)
+cli.add_command(front_command)
 cli.add_command(roads_group)
 cli.add_command(vehicle_group)
 cli.add_command(battery_group)

@@ -9,6 +9,7 @@ import click
 
 from .progress import ProgressLine
 from .road_options import chosen, road_options
+from .rule_options import rule_options, with_rules
 
 
 @click.command("plan")
@@ -22,13 +23,29 @@ from .road_options import chosen, road_options
     help="What the car may use: its lane, all lanes that lead its way, or the road from edge to edge.",
 )
 @click.option("--path", type=click.Choice(["lane", "optimal"]), default="optimal", show_default=True, help="Lane centre, or path of least curvature.")
-@click.option("--speed", type=click.Choice(["fast", "eco"]), default="eco", show_default=True, help="As fast as allowed, or with least energy.")
+@click.option(
+    "--speed",
+    type=click.Choice(["fast", "toppra", "eco", "socp", "dp", "nlp"]),
+    default="eco",
+    show_default=True,
+    help="As fast as allowed (fast, toppra), or with least energy (eco; socp, dp and nlp find the same by other means, slower).",
+)
+@click.option(
+    "--method",
+    type=click.Choice(["sequential", "joint"]),
+    default="sequential",
+    show_default=True,
+    help="First the path, then the speed; or both at once, which saves more and takes longer.",
+)
 @click.option(
     "--time",
     "journey_time",
     type=float,
     help="Arrival time in s. Default: the least for both paths; with --speed fast the least for the one asked for.",
 )
+@click.option("--price", type=float, help="Price of time in W, instead of an arrival time.")
+@click.option("--soc", type=float, help="Charge at the start, 0 to 1: the drive keeps within what the battery gives, and arrives later if it must.")
+@rule_options
 @click.option("--margin", type=float, default=0.2, show_default=True, help="Distance in m between the car's side and the borders.")
 @road_options
 @click.option(
@@ -60,6 +77,7 @@ def plan_command(road: str, out: Path, path_method: Any, knots: str, qp: str, **
 
         try:
             how = PathOptions(knots=_knots(knots), method=path_method, qp=qp)
+            options = with_rules(options)
             made = plan(open_road(road, **chosen(options, options["vehicle"])), path_options=how, report=progress, **options)
             progress("drawing")
             files = save_plan(made, out, draw=painter.draw)

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..errors import PlanningError
 from ..planning import KWH, saving_percent
+from ..trajectory_files import write_csv
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -55,8 +56,8 @@ def _write(plan: Plan, folder: Path, draw: Callable[[Plan, Path], None]) -> list
     home = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     staging = Path(tempfile.mkdtemp(dir=home, prefix=".plan-"))
     try:
-        header = ",".join(plan.trajectory.COLUMNS)
-        np.savetxt(staging / FILES[0], plan.trajectory.table(), fmt="%.9g", delimiter=",", header=header, comments="")
+        # the header comes first, as programs that know no remarks expect it; name and closed flag are in plan.json
+        write_csv(plan.trajectory, staging / FILES[0], remarks=False)
         (staging / FILES[1]).write_text(json.dumps(summary(plan), indent=2) + "\n", encoding="utf-8")
         draw(plan, staging / FILES[2])
         staging.chmod(0o755)
@@ -73,8 +74,7 @@ def _write(plan: Plan, folder: Path, draw: Callable[[Plan, Path], None]) -> list
 
 def summary(plan: Plan) -> dict[str, Any]:
     """The content of `plan.json`: plain numbers, units in the names; null where a number would mean nothing."""
-    path, profile, compared = plan.chosen.path, plan.chosen.profile, plan.comparison
-    found = path.report
+    profile = plan.chosen.profile
     return {
         "road": {"name": plan.road.name, "length_m": plan.road.length, "closed": plan.road.closed},
         "vehicle": plan.vehicle.name,
@@ -86,32 +86,19 @@ def summary(plan: Plan) -> dict[str, Any]:
         "equal_arrival_time": plan.equal_time,
         "saving_percent": plan.saving_percent,
         "saving_kwh": plan.baseline.energy_kwh - plan.energy_kwh,
-        "decomposition": {
-            "journey_time_s": compared.journey_time,
-            "path_only_percent": saving_percent(compared.path_only, compared.reference),
-            "speed_only_percent": saving_percent(compared.speed_only, compared.reference),
-            "both_percent": saving_percent(compared.both, compared.reference),
-            "path_only_kwh": _saved(plan, "path_only"),
-            "speed_only_kwh": _saved(plan, "speed_only"),
-            "both_kwh": _saved(plan, "both"),
+        "decomposition": _decomposition(plan),
+        "path": _path(plan),
+        "speed": {
+            "method": profile.method,
+            "solve_ms": profile.solve_ms,
+            "status": profile.status,
+            "iterations": profile.iterations,
+            "limit_scale": profile.scale,
+            "lower_bound_kwh": _number(profile.lower_bound / KWH),
+            "gap": _number(profile.gap),
+            "price_w": _number(profile.price),
         },
-        "path": {
-            "length_m": path.curve.length,
-            "cost_centre": found.cost_centre,
-            "cost": found.cost,
-            "iterations": found.iterations,
-            "solve_ms": found.solve_ms,
-            "max_violation_m": found.max_violation_m,
-            "certified": found.certified,
-            "status": found.status,
-            "optimality": found.optimality,
-            "kkt_residual": None if np.isnan(found.kkt_residual) else found.kkt_residual,
-            "max_curvature": found.max_curvature,
-            "knots": found.knots,
-            "method": found.method,
-            "qp": found.qp,
-        },
-        "speed": {"solve_ms": profile.solve_ms, "status": profile.status, "iterations": profile.iterations, "limit_scale": profile.scale},
+        "battery": _battery(plan),
         "energy_by_component_kwh": {name: value / KWH for name, value in plan.chosen.ledger.components.items()},
     }
 
@@ -119,3 +106,57 @@ def summary(plan: Plan) -> dict[str, Any]:
 def _saved(plan: Plan, which: str) -> float | None:
     run, reference = getattr(plan.comparison, which), plan.comparison.reference
     return None if run is None or reference is None else reference.energy_kwh - run.energy_kwh
+
+
+def _number(value: float) -> float | None:
+    """`value`, or None where it is none: JSON has no infinity."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _battery(plan: Plan) -> dict[str, float] | None:
+    drive = plan.battery
+    if drive is None:
+        return None
+    return {
+        "soc_start": float(drive.soc[0]),
+        "soc_end": float(drive.soc[-1]),
+        "energy_kwh": drive.charge.energy / KWH,
+        "loss_kwh": drive.charge.loss / KWH,
+        "asked_time_s": drive.asked_time,
+        "put_off_s": drive.put_off,
+    }
+
+
+def _decomposition(plan: Plan) -> dict[str, float | None]:
+    compared = plan.comparison
+    return {
+        "journey_time_s": compared.journey_time,
+        "path_only_percent": saving_percent(compared.path_only, compared.reference),
+        "speed_only_percent": saving_percent(compared.speed_only, compared.reference),
+        "both_percent": saving_percent(compared.both, compared.reference),
+        "joint_percent": saving_percent(compared.joint, compared.reference),
+        "path_only_kwh": _saved(plan, "path_only"),
+        "speed_only_kwh": _saved(plan, "speed_only"),
+        "both_kwh": _saved(plan, "both"),
+        "joint_kwh": _saved(plan, "joint"),
+    }
+
+
+def _path(plan: Plan) -> dict[str, Any]:
+    path, found = plan.chosen.path, plan.chosen.path.report
+    return {
+        "length_m": path.curve.length,
+        "cost_centre": found.cost_centre,
+        "cost": found.cost,
+        "iterations": found.iterations,
+        "solve_ms": found.solve_ms,
+        "max_violation_m": found.max_violation_m,
+        "certified": found.certified,
+        "status": found.status,
+        "optimality": found.optimality,
+        "kkt_residual": None if np.isnan(found.kkt_residual) else found.kkt_residual,
+        "max_curvature": found.max_curvature,
+        "knots": found.knots,
+        "method": found.method,
+        "qp": found.qp,
+    }

@@ -12,15 +12,16 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 PICTURES = (".png", ".svg", ".pdf")
+TABLE = ".csv"
 
 
-def save_picture(draw: Callable[[Path], None], out: Path) -> None:
-    """Let `draw` write the picture file `out`, under another name first.
+def save_picture(draw: Callable[[Path], None], out: Path, *, kinds: tuple[str, ...] = PICTURES) -> None:
+    """Let `draw` write the file `out`, a picture unless `kinds` of suffixes say otherwise, under another name first.
 
     Raises:
         PlanningError: a suffix that is no picture's, or a place that cannot be written to.
     """
-    if out.suffix.lower() not in PICTURES:
+    if out.suffix.lower() not in kinds:
         raise PlanningError(f"{out}: unknown kind of picture {out.suffix!r}, expected one of {', '.join(PICTURES)}")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)

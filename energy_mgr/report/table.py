@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..planning import KWH, saving_percent
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ def comparison_table(plan: Plan) -> str:
         ("path only", compared.path_only),
         ("speed only", compared.speed_only),
         ("path and speed", compared.both),
+        *([("path and speed, jointly", compared.joint)] if compared.joint is not None else []),
     ]
     if not any(run is plan.chosen for _, run in rows):
         rows.append(("this plan", plan.chosen))
@@ -51,12 +54,33 @@ def _notes(plan: Plan) -> list[str]:
     compared = plan.comparison
     if compared.reference is not None and compared.reference.profile.scale >= 1.0:
         notes.append("The baseline is the fastest drive of its lane, so at its arrival time no other speed exists there: speed only saves nothing.")
+    if compared.reference is not None and (np.isfinite(plan.chosen.limits.jerk) or plan.chosen.limits.windows):
+        notes.append("The drives by V1 (baseline, path only) know neither the limit of jerk nor windows.")
     if plan.saving_percent is None:
         notes.append("The baseline gains energy on this road; percentages would mean nothing.")
+    profile = plan.chosen.profile
+    if np.isfinite(profile.lower_bound):
+        least = "the least there is" if profile.gap < 1e-6 else f"proven to be within {100.0 * profile.gap:.2g} % of the least"
+        where = f"on this path, in this time and with stations {np.max(np.diff(profile.s)):.2g} m apart"
+        notes.append(f"Speed: {profile.method}, {profile.status}, {profile.solve_ms:.0f} ms; {where} the energy is {least}.")
+    if plan.battery is not None:
+        notes.append(_battery_note(plan))
     if plan.chosen.profile.status == "solved early":
-        notes.append(f"Arrives {compared.journey_time - plan.journey_time:.1f} s before the time allowed: driving slower would cost more energy.")
+        why = "driving slower would cost more energy" if not plan.chosen.limits.windows else "its windows or the thriftiest speed ask for no later"
+        notes.append(f"Arrives {compared.journey_time - plan.journey_time:.1f} s before the time allowed: {why}.")
     elif not plan.equal_time:
         notes.append(
             f"Plan and baseline differ by {plan.journey_time - plan.baseline.journey_time:+.1f} s in arrival: not a comparison at equal time."
         )
     return notes
+
+
+def _battery_note(plan: Plan) -> str:
+    battery = plan.battery
+    if battery is None:
+        return ""
+    soc, charge = battery.soc, battery.charge
+    words = f"Battery: charge {soc[0]:.3f} -> {soc[-1]:.3f}, {charge.energy / KWH:.4f} kWh with auxiliaries, {charge.loss / KWH:.4f} kWh lost inside."
+    if battery.put_off > 0.1:
+        words += f" The arrival is put off by {battery.put_off:.1f} s, from {battery.asked_time:.1f} s, for power and charge to last."
+    return words

@@ -37,10 +37,10 @@ class ConeProgramme:
         """Sum of parts <= rhs."""
         self._blocks["positive"].append(self._rows(parts, rhs))
 
-    def total_at_most(self, columns: Ints, weight: float, bound: float) -> None:
-        """weight times the sum of all `columns` <= bound, one row."""
+    def total_at_most(self, columns: Ints, weights: Floats, bound: float) -> None:
+        """The sum of all `columns` times `weights` <= bound, one row."""
         rows = np.zeros(len(columns), dtype=np.intp)
-        self._blocks["positive"].append((rows, columns, np.full(len(columns), weight), np.array([bound])))
+        self._blocks["positive"].append((rows, columns, weights, np.array([bound])))
 
     def rotated(
         self,

@@ -1,40 +1,30 @@
-"""The speed that costs least energy for a given arrival time: a sequence of second-order cone programmes.
+"""The speed that costs least energy: for a given arrival time, for a given price of time, or both traded along a front.
 
-Variables per station are e = v^2/2 and u <= v, per interval the force F, z >= |F|, the time t and the resistive loss y. With v' = (u0 + u1)/2:
-
-    t v' >= ds                    time                            (cone)
-    y v' >= (z + delta)^2         losses that grow with force     (cone)
-    u^2 <= 2 e                    kinetic energy                  (cone)
-
-The losses of M1 per interval, n t (P0 + a |tau| + b tau^2) with tau = F / (n rho), are exactly
-
-    b / (n rho^2) ds y + n (P0 - b d^2) t + (a - 2 b d) / rho |F| t,      delta = n rho d
-
-for any d. With d = a / 2b the last term vanishes and all is convex in (F, v') as it stands, provided that P0 >= a^2 / 4b, as for most drives. Where
-that fails d = sqrt(P0 / b) makes the middle term vanish and the last one, a product, is linearised. Everything that u appears in falls with u, hence
-u = v and t, y are tight at the optimum. What else is not convex is small: rolling resistance and eddy currents through the mean speed, and the power
-limit. They are linearised about the last profile, the power limit from within, and the programme is solved again until the energy on the true loss
-model no longer changes. Where no power limit is near, that is known without another solve: if the linear model is right at the solution to a
-fraction of the energy, no other profile can be better by more than that. The copper loss of field weakening (cars with `drive.weakening`) is in no
-term: such a car's profile is checked and counted with it, but not optimal for it (0.03 to 0.09 % above `nlp` where it weakens strongly).
+The unknowns are v^2/2 at the stations. In them time and losses are convex but for small parts (rolling resistance that grows with speed, eddy
+currents, power limits, reversed windows); `interior` solves the programme on the true losses with exact derivatives, `proof` bounds from below what
+any profile could reach, whatever was convex, and the gap between the two is part of every result.
 """
 
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from powertrain import drive_energy, driving_resistance, force_limits
-from powertrain.balance import balance
-from powertrain.motor import copper_factor, gear_factor, inverter_factor
-from powertrain.resistance import drag_force, rolling_force, slope_force
+from powertrain import drive_energy
 
-from ..errors import InfeasibleError, SolverError
-from .cones import ConeProgramme
-from .forward_backward import fastest_profile, refuse_too_early, scaled_profile
-from .result import SpeedProfile
+from ..errors import InfeasibleError, PlanningError, SolverError
+from .checks import TIME_TOLERANCE, arrival_times, check_profile, check_times, station_number
+from .forward_backward import fastest_profile, friction_braking, refuse_too_early
+from .interior import ChainProgramme
+from .interval import IntervalModel
+from .iterate import Deadline, Iterate, Solution
+from .jerk import JerkModel, jerk_of
+from .proof import lower_bound
+from .result import Front, SpeedProfile, energy_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,282 +37,265 @@ if TYPE_CHECKING:
 
 #: An allowed time within this fraction of the least possible one leaves no choice: the fastest profile is the only one.
 _NO_CHOICE = 1e-6
-#: The sequence ends when the energy changes by less than this fraction of the energy that moves (sum of magnitudes of all components).
-_TOLERANCE = 2e-6
-_ITERATIONS = 60
-#: Limits may be passed by this fraction, the arrival time missed by this much (s).
-LIMIT_TOLERANCE = 1e-3
-TIME_TOLERANCE = 0.1
+#: Residual that is accepted as `reduced accuracy` where the method stalls before its own.
+_REDUCED = 1e-5
+#: First guesses one after the other, should the ones before not do: share of the scaled fastest energy, first barrier.
+_STARTS = (1.0, 1.0), (1.0, 1e-2), (0.3, 1e-2)
+#: How much later than the least time a profile is sought where none is known to arrive just then.
+_ROOM = 1e-3
+#: How far inside its window a first guess passes, as a share of the least time to it.
+_WITHIN = 0.02
+#: A gap below which a profile is the optimum to all purposes.
+_PROVEN = 1e-5
+#: A front reaches from the fastest drive to this multiple of its time, unless driving slower costs more energy before that.
+_SLOWEST = 4.0
+#: Barrier from which a neighbouring solution is taken up again.
+_WARM = 1e-4
 
 
-def eco_profile(limits: SpeedLimits, journey_time: float, *, report: Callable[[str], None] | None = None) -> SpeedProfile:
-    """The profile of least energy that arrives after `journey_time` in s.
+def eco_profile(
+    limits: SpeedLimits, journey_time: float | None = None, *, price: float | None = None, report: Callable[[str], None] | None = None
+) -> SpeedProfile:
+    """The profile of least energy that arrives within `journey_time` in s; or of least energy plus `price` (W) times its time.
 
     Where arriving earlier costs less energy than crawling, the profile arrives earlier and its status is `solved early`.
 
     Args:
         limits: what bounds the speed.
         journey_time: allowed time, s.
-        report: called with a line of progress per programme.
+        price: of time, W, instead of `journey_time`.
+        report: called with a line of progress.
 
     Raises:
-        InfeasibleError: the time is shorter than the least possible one, which is named; or the car cannot pass a slope.
+        InfeasibleError: the time is shorter than the least possible one, which is named; a window that cannot be met; a slope that cannot be passed.
         SolverError: no profile that passes the checks was found.
+        PlanningError: neither a time nor a price, or both; numbers out of range.
     """
-    started = time.perf_counter()
-    fastest = fastest_profile(limits)
-    refuse_too_early(limits.name, journey_time, fastest.journey_time)
-    if journey_time <= fastest.journey_time * (1.0 + _NO_CHOICE):
-        return SpeedProfile(limits.s, fastest.v, "solved", 0, 1e3 * (time.perf_counter() - started))
+    if (journey_time is None) == (price is None):
+        raise PlanningError(f"{limits.name}: expected either an arrival time or a price of time")
     if report:
         report(f"speed: least energy over {len(limits.s)} stations")
-    v, ceiling = _first_guess(limits, fastest, journey_time)
-    cost, moved = _energy(limits, v)
-    count, change, exact = 0, np.inf, False
-    while (change > _TOLERANCE * moved or not exact) and count < _ITERATIONS:
-        programme = _Eco(limits, v, journey_time)
-        v = programme.solve()
-        count, exact = count + 1, programme.exact
-        last, (cost, moved) = cost, _energy(limits, v)
-        change = abs(last - cost) if _near_power_limit(limits, v) else min(abs(last - cost), programme.model_error(v))
-        if report:
-            report(f"speed: cone programme {count}, {cost / 3.6e6:.6f} kWh")
-    if change > _TOLERANCE * moved:
-        raise SolverError(f"{limits.name}: the energy still changes by {change:.3g} J after {count} cone programmes")
-    if cost > ceiling + 1e-4 * moved:
-        raise SolverError(f"{limits.name}: the profile found takes {cost:.0f} J, more than the scaled one with {ceiling:.0f} J")
-    check_profile(limits, v)
-    duration = float(np.sum(2.0 * limits.ds / (v[1:] + v[:-1])))
-    if duration > journey_time + TIME_TOLERANCE:
-        raise SolverError(f"{limits.name}: the profile found takes {duration:.3f} s, expected at most {journey_time:.3f} s")
-    status = "solved" if duration >= journey_time - TIME_TOLERANCE else "solved early"
-    status = status if exact else "reduced accuracy"
-    return SpeedProfile(limits.s, v, status, count, 1e3 * (time.perf_counter() - started))
+    solver = EcoSolver(limits)
+    return solver.arriving(journey_time) if journey_time is not None else solver.priced(0.0 if price is None else price)
 
 
-def _first_guess(limits: SpeedLimits, fastest: SpeedProfile, journey_time: float) -> tuple[Floats, float]:
-    """Speeds to linearise about and the energy that a solution must not exceed: the scaled profile, where there is one."""
-    try:
-        v = scaled_profile(limits, journey_time).v
-    except InfeasibleError:
-        return fastest.v, np.inf  # a slope that is only passed with momentum: no scaled profile arrives so late
-    return v, _energy(limits, v)[0]
+@dataclass(frozen=True, eq=False)
+class EcoSolver:
+    """Least-energy profiles within the same limits; each solution is the start of the next."""
 
+    limits: SpeedLimits
 
-def _energy(limits: SpeedLimits, v: Floats) -> tuple[float, float]:
-    """Energy on the true loss model, and the sum of the magnitudes of its components as a scale for it, J."""
-    ledger = drive_energy(limits.vehicle, limits.s, v, limits.z)
-    return ledger.total, sum(abs(part) for part in ledger.components.values())
+    @cached_property
+    def fastest(self) -> SpeedProfile:
+        """The fastest profile (V1); without jerk and windows."""
+        return fastest_profile(self.limits)
 
+    @cached_property
+    def _model(self) -> IntervalModel:
+        return IntervalModel(self.limits)
 
-def _near_power_limit(limits: SpeedLimits, v: Floats) -> bool:
-    """Whether the motors come within 2 % of their power anywhere; that limit is linearised, so the profile may still move there."""
-    drive = limits.vehicle.drive
-    found = balance(limits.vehicle, limits.ds, v[:-1], v[1:], np.diff(limits.z))
-    power = found.force * np.maximum(v[:-1], v[1:])
-    return bool(np.max(power) > 0.98 * drive.motor_count * drive.power_max_w or -np.min(power) > 0.98 * drive.motor_count * drive.regen_power_max_w)
+    @cached_property
+    def _jerk(self) -> JerkModel | None:
+        return JerkModel(self.limits, self._model.energy_scale) if np.isfinite(self.limits.jerk) else None
 
+    @cached_property
+    def _calm(self) -> float:
+        """Share of the fastest profile's v^2/2 that keeps the limit of jerk, which grows with the cube of speed."""
+        rough = float(np.max(np.abs(jerk_of(self.limits.ds, self.fastest.v)), initial=self.limits.jerk))
+        return min((self.limits.jerk / rough) ** (2.0 / 3.0), 0.9)
 
-def check_profile(limits: SpeedLimits, v: Floats) -> None:
-    """Re-evaluate every limit at the stations; see `SpeedLimits` for why that covers the way between.
+    @cached_property
+    def least_time(self) -> float:
+        """The least possible journey time, jerk and windows included, s."""
+        if self._jerk is None and not self.limits.windows:
+            return self.fastest.journey_time
+        refuse_windows(self.limits, self.fastest.v, np.inf)
+        return self._least()[0]
 
-    Raises:
-        SolverError: a limit is passed by more than 0.1 %; station, limit and value are named.
-    """
-    e, ds, vehicle = 0.5 * v**2, limits.ds, limits.vehicle
-    slope, gain = np.diff(limits.z) / ds, np.diff(e) / ds
-    found = [("speed", "m/s", v, np.maximum(limits.v_max, 0.0)), ("acceleration", "m/s^2", gain, np.full_like(gain, limits.acceleration))]
-    found.append(("deceleration", "m/s^2", -gain, np.full_like(gain, limits.deceleration)))
-    for end in (v[:-1], v[1:]):
-        force = vehicle.effective_mass * gain + driving_resistance(vehicle, end, slope)
-        drive, regen = force_limits(vehicle, end)
-        found += [("driving force", "N", force, drive), ("recuperating force", "N", -force, regen)]
-    scales = {"N": vehicle.effective_mass * limits.deceleration, "m/s": 0.0, "m/s^2": 0.0}
-    for what, unit, value, bound in found:
-        # a motor that cannot recuperate has a limit of zero: there 0.1 % is of the force of braking
-        beyond = value - bound - LIMIT_TOLERANCE * np.maximum(bound, scales[unit]) - 1e-6
-        if np.max(beyond) > 0.0:
-            at = int(np.argmax(beyond))
-            raise SolverError(f"{limits.name}: {what} {value[at]:.4f} {unit} at s = {limits.s[at]:.1f} m, limit {bound[at]:.4f} {unit}")
+    def earliest(self) -> SpeedProfile:
+        """The fastest profile, jerk and windows included."""
+        if self._jerk is None and not self.limits.windows:
+            return self.fastest
+        return self.arriving(self.least_time * (1.0 + _ROOM))
 
+    def _least(self) -> tuple[float, Floats]:
+        # where a window opens late there are many fastest profiles: of these, nearly the thriftiest
+        limits = self.limits
+        starts = [self._scaled(0.9), self._scaled(0.3)]
+        if self._jerk is not None:
+            starts.append(self._scaled(self._calm))
+        best: Iterate | None = None
+        for weight in (1.0, 1e-2, 1e-4) if limits.windows else (1e-3, 1e-6):
+            programme = self._programme([], price=1.0 / self.fastest.journey_time, weight=weight)
+            begun = [programme.start(start, barrier=1e-2) for start in starts]
+            for start in begun if best is None else [programme.again(best, _WARM), *begun]:
+                found = programme.solve(start)
+                if found.solved or found.residual < _REDUCED:
+                    best = found.iterate
+                    break
+            else:
+                break
+        if best is not None:
+            v = self._speeds(best)
+            return float(arrival_times(limits, v)[-1]), v
+        where = ", ".join(f"s = {w.s:g} m from {w.earliest:g} to {w.latest:g} s" for w in limits.windows)
+        words = "the limit of jerk" if not where else f"the windows at {where}" + (" and the limit of jerk" if self._jerk else "")
+        raise SolverError(f"{limits.name}: no fastest profile was found within {words}")
 
-class _Eco:
-    """The cone programme on scaled variables, about one profile."""
+    def arriving(self, journey_time: float) -> SpeedProfile:
+        """Least energy within `journey_time` s; see `eco_profile`."""
+        return self.arriving_from(journey_time, None)[0]
 
-    def __init__(self, limits: SpeedLimits, about: Floats, journey_time: float) -> None:
-        self.limits, self.n = limits, len(limits.s)
-        self.v_scale = float(np.max(limits.v_max))
-        self.e_scale, self.f_scale = 0.5 * self.v_scale**2, limits.vehicle.effective_mass
-        self.t_scale = limits.ds / self.v_scale
-        n = self.n
-        self.e, self.u = np.arange(n), np.arange(n, 2 * n)
-        self.z, self.y, self.t = (np.arange(2 * n + k * (n - 1), 2 * n + (k + 1) * (n - 1)) for k in range(3))
-        self.cones = ConeProgramme(5 * n - 3)
-        self.v, self.exact = about, False
-        # about standstill the slope of v over v^2/2, which is 1/v, is unbounded; a floor only makes the linearisation there coarser
-        self.per_v = 1.0 / np.maximum(about, 0.05 * self.v_scale)
-        self.force = self._force()
-        self._ends_and_bounds()
-        self._accelerations_and_forces()
-        self._cones(journey_time)
-        self._journey_time = journey_time
+    def arriving_from(self, journey_time: float, warm: Iterate | None) -> tuple[SpeedProfile, Iterate | None]:
+        """As `arriving`, from the solution of a neighbouring time; with the own solution to go on from."""
+        started = time.perf_counter()
+        limits = self.limits
+        if not 0.0 < journey_time < 1e7:
+            raise PlanningError(f"{limits.name}: arrival time {journey_time} s, expected more than 0 and less than 1e7 s")
+        refuse_windows(limits, self.fastest.v, journey_time)
+        refuse_too_early(limits.name, journey_time, self.fastest.journey_time)
+        if self._jerk is not None:
+            refuse_too_early(limits.name, journey_time, self.least_time)
+        if self._jerk is None and journey_time <= self.fastest.journey_time * (1.0 + _NO_CHOICE):
+            check_times(limits, self.fastest.v, journey_time)
+            energy = energy_of(limits, self.fastest).total
+            milliseconds = 1e3 * (time.perf_counter() - started)
+            return replace(self.fastest, method="eco", solve_ms=milliseconds, lower_bound=energy, gap=0.0), None
+        programme = self._programme([Deadline(self._model.count, journey_time, 1)])
+        found = self._solved(programme, (self.fastest.journey_time / journey_time) ** 2, warm, f"of {journey_time:.2f} s")
+        return self._profile(programme, found, journey_time, started), found.iterate
 
-    def solve(self) -> Floats:
-        """The speeds (n,) of least energy on this model.
+    def priced(self, price: float) -> SpeedProfile:
+        """Least energy plus `price` (W) times time; zero drives at the thriftiest speed."""
+        started = time.perf_counter()
+        if not 0.0 <= price < 1e9:
+            raise PlanningError(f"{self.limits.name}: price of time {price} W, expected 0 to 1e9 W")
+        refuse_windows(self.limits, self.fastest.v, np.inf)
+        programme = self._programme([], price=price / self._model.unit)
+        found = self._solved(programme, 0.5, None, f"at {price:g} W")
+        return self._profile(programme, found, np.inf, started)
+
+    def front(self, count: int = 20, *, slowest: float | None = None) -> Front:
+        """Time against energy from the fastest drive to the thriftiest, or to `slowest` s, at `count` times, denser where it is steep.
 
         Raises:
-            SolverError: Clarabel found none.
+            PlanningError: fewer than two points.
         """
-        solution, self.exact = self.cones.solve(self.objective())
+        if count < 2:
+            raise PlanningError(f"{self.limits.name}: a front of {count} points, expected 2 or more")
+        least = self.least_time
+        if slowest is not None and not least <= slowest < 1e7:
+            raise PlanningError(f"{self.limits.name}: slowest time {slowest} s, expected the least possible {least:.2f} s or more")
+        last = self.priced(0.0) if slowest is None else None
+        longest = min(_SLOWEST * least, last.journey_time) if last is not None else float(slowest or least)
+        times = least + (longest - least) * np.linspace(0.0, 1.0, count) ** 2
+        profiles: list[SpeedProfile] = []
+        warm: Iterate | None = None
+        for journey_time in times:
+            profile, warm = self.arriving_from(float(journey_time) * (1.0 + 1e-9), warm)
+            profiles.append(profile)
+        return Front.of(self.limits, profiles)
+
+    # -- inside -----------------------------------------------------------------------------------------------------------------------
+
+    def _programme(self, deadlines: list[Deadline], *, price: float = 0.0, weight: float = 1.0) -> ChainProgramme:
+        limits, model = self.limits, self._model
+        bound = limits.energy_max / model.energy_scale
+        fixed = bound <= 0.0
+        if not limits.closed:
+            fixed[[0, -1]] = True
+        for window in limits.windows:
+            number = station_number(limits, window.s)
+            # a window of no width has no inside; the check of times allows more than this
+            ease = 0.25 * TIME_TOLERANCE if window.latest - window.earliest < 0.5 * TIME_TOLERANCE else 0.0
+            if np.isfinite(window.latest):
+                deadlines.append(Deadline(number, window.latest + ease, 1))
+            if window.earliest > 0.0:
+                deadlines.append(Deadline(number, window.earliest - ease, -1))
+        return ChainProgramme(model, bound, fixed, deadlines, price=price, weight=weight, jerk=self._jerk)
+
+    def _scaled(self, factor: float) -> Floats:
+        """v^2/2 of the fastest speeds times a factor, scaled; from window to window slower still where one opens late."""
+        limits, fastest = self.limits, arrival_times(self.limits, self.fastest.v)
+        share, first, passed = np.full(len(limits.s), factor), 0, 0.0
+        for window in limits.windows:
+            last = station_number(limits, window.s)
+            least = float(fastest[last] - fastest[first])
+            late = min(max(passed + least / np.sqrt(factor), window.earliest + _WITHIN * least), max(window.latest - _WITHIN * least, passed + least))
+            share[first : last + 1] = np.minimum(share[first : last + 1], (least / (late - passed)) ** 2)
+            first, passed = last, late
+        return 0.5 * np.minimum(share, 0.98) * self.fastest.v**2 / self._model.energy_scale
+
+    def _solved(self, programme: ChainProgramme, slower: float, warm: Iterate | None, words: str) -> Solution:
+        best: Solution | None = None
+        starts = [programme.start(self._scaled(share * slower), barrier=barrier) for share, barrier in _STARTS]
+        if self._jerk is not None:
+            starts.append(programme.start(self._scaled(min(slower, self._calm)), barrier=1e-2))
+        for start in starts if warm is None else [programme.again(warm, _WARM), *starts]:
+            found = programme.solve(start)
+            if found.solved:
+                best = found
+                break
+            best = found if best is None or found.residual < best.residual else best
+            if best.residual < _REDUCED:
+                break
+        if best is None or not (best.solved or best.residual < _REDUCED):
+            raise SolverError(f"{self.limits.name}: no speed profile {words} was found")
+        return best
+
+    def _speeds(self, found: Iterate) -> Floats:
         limits = self.limits
-        if solution is None:
-            raise SolverError(f"{limits.name}: the cone solver found no speed profile of {self._journey_time:.2f} s")
-        e = np.clip(solution[self.e] * self.e_scale, 0.0, limits.energy_max)
+        e = np.clip(found.x * self._model.energy_scale, 0.0, limits.energy_max)
         if limits.closed:
             e[0] = e[-1] = min(e[0], e[-1])
         return np.sqrt(2.0 * e)
 
-    def model_error(self, v: Floats) -> float:
-        """By how much energy this linear model is wrong about the profile `v`, J: the terms that it linearises, added without signs."""
-        vehicle, ds = self.limits.vehicle, self.limits.ds
-        e, mean = 0.5 * v**2, 0.5 * (v[:-1] + v[1:])
-        by0, by1, constant = self.force
-        true = balance(vehicle, ds, v[:-1], v[1:], np.diff(self.limits.z)).force
-        eddy0, eddy1, rest = self._mean_speed(np.full(self.n - 1, self._eddy_force()))
-        mean_about = 0.5 * (self.v[:-1] + self.v[1:])
-        product, gap = self._product(), np.abs(true) - np.abs(self._force_about())
-        late = ds / mean - ds / mean_about
-        eddy = eddy0 * e[:-1] + eddy1 * e[1:] + rest - self._eddy_force() * (mean - mean_about)
-        linear = np.abs(by0 * e[:-1] + by1 * e[1:] + constant - true) + np.abs(eddy)
-        return float(np.sum(linear * ds + product * np.abs(gap * late)))
-
-    def _force_about(self) -> Floats:
-        """Force of each interval in the profile that the model is about, N."""
-        return np.asarray(balance(self.limits.vehicle, self.limits.ds, self.v[:-1], self.v[1:], np.diff(self.limits.z)).force)
-
-    def _split(self) -> float:
-        """d of the module's description: by how much torque is shifted before it is squared, Nm."""
-        vehicle = self.limits.vehicle
-        b = copper_factor(vehicle)
-        return min(inverter_factor(vehicle) / (2.0 * b), float(np.sqrt(vehicle.drive.inverter_constant_w / b)))
-
-    def _product(self) -> float:
-        """What is left of the loss that grows with |F| t, per newton and second."""
-        vehicle = self.limits.vehicle
-        return (inverter_factor(vehicle) - 2.0 * copper_factor(vehicle) * self._split()) / vehicle.motor_ratio
-
-    def _eddy_force(self) -> float:
-        """Eddy-current loss per metre and mean speed, Ns/m."""
-        return self.limits.vehicle.drive.motor_count * self.limits.vehicle.drive.eddy_nms * self.limits.vehicle.motor_ratio**2
-
-    def _mean_speed(self, slope_of: Floats) -> tuple[Floats, Floats, Floats]:
-        """A function f of the mean speed, linear in e about the profile: coefficients of e0, e1 given df/dv, and what to add to f there."""
-        by0, by1 = 0.5 * slope_of * self.per_v[:-1], 0.5 * slope_of * self.per_v[1:]
-        return by0, by1, -(by0 * 0.5 * self.v[:-1] ** 2 + by1 * 0.5 * self.v[1:] ** 2)
-
-    def _force(self) -> tuple[Floats, Floats, Floats]:
-        """Force of each interval in N as coefficients of e0, e1 (m^2/s^2) and a constant."""
-        vehicle, ds = self.limits.vehicle, self.limits.ds
-        mean = 0.5 * (self.v[:-1] + self.v[1:])
-        rolling = rolling_force(vehicle, mean)
-        by0, by1, rest = self._mean_speed(_slope(lambda v: rolling_force(vehicle, v), mean))
-        inertia, drag = vehicle.effective_mass / ds, drag_force(vehicle, 1.0)
-        constant = rolling + rest + slope_force(vehicle, np.diff(self.limits.z) / ds)
-        return by0 + drag - inertia, by1 + drag + inertia, constant
-
-    def _ends_and_bounds(self) -> None:
-        e, u, limits = self.e, self.u, self.limits
-        bound = limits.energy_max
-        inner = np.arange(self.n)
-        if limits.closed:
-            self.cones.equal([(e[:1], 1.0), (e[-1:], -1.0)], np.zeros(1))
-            self.cones.equal([(u[:1], 1.0), (u[-1:], -1.0)], np.zeros(1))
-        else:
-            inner, ends = inner[1:-1], np.array([0, self.n - 1])
-            self.cones.equal([(e[ends], 1.0)], bound[ends] / self.e_scale)
-            self.cones.equal([(u[ends], 1.0)], np.sqrt(2.0 * bound[ends]) / self.v_scale)
-        self.cones.at_most([(e[inner], 1.0)], bound[inner] / self.e_scale)
-        # u^2 <= e in scaled variables
-        self.cones.rotated(np.zeros(len(inner)), [(u[inner], 1.0)], [(e[inner], 1.0)], np.zeros(len(inner)), [], np.ones(len(inner)))
-
-    def _accelerations_and_forces(self) -> None:
-        e0, e1, limits = self.e[:-1], self.e[1:], self.limits
-        steep = self.e_scale / limits.ds
-        every = np.ones(self.n - 1)
-        self.cones.at_most([(e1, steep / limits.acceleration), (e0, -steep / limits.acceleration)], every)
-        self.cones.at_most([(e0, steep / limits.deceleration), (e1, -steep / limits.deceleration)], every)
-        by0, by1, constant = self.force
-        for sign in (1.0, -1.0):
-            parts = [(e0, sign * by0 * self.e_scale / self.f_scale), (e1, sign * by1 * self.e_scale / self.f_scale), (self.z, -1.0)]
-            self.cones.at_most(parts, -sign * constant / self.f_scale)
-        for end, v in ((e0, self.v[:-1]), (e1, self.v[1:])):
-            self._force_limit(end, v)
-
-    def _force_limit(self, end: NDArray[np.intp], v: Floats) -> None:
-        """Driving and recuperating force at one end of the intervals, by torque and by power, where they can bind at all."""
-        limits, vehicle = self.limits, self.limits.vehicle
-        p, gain = vehicle.drive, vehicle.drive.motor_count * vehicle.motor_ratio
-        slope = np.diff(limits.z) / limits.ds
-        fastest = np.sqrt(2.0 * np.maximum(limits.energy_max[1:], limits.energy_max[:-1]))
-        most = vehicle.effective_mass * limits.acceleration + driving_resistance(vehicle, fastest, slope)
-        least = vehicle.effective_mass * limits.deceleration - driving_resistance(vehicle, 0.0 * fastest, slope)
-        flat, moving = np.zeros_like(v), np.maximum(v, 1e-3)
-        for sign, extreme, torque, power in (
-            (1.0, most, p.torque_max_nm, p.power_max_w),
-            (-1.0, least, p.regen_torque_max_nm, p.regen_power_max_w),
-        ):
-            self._force_rows(sign, end, v, np.flatnonzero(extreme > gain * torque), flat + gain * torque, flat)
-            by_power = np.flatnonzero((extreme > p.motor_count * power / fastest) & (v > 0.0))
-            # P/v is convex in e, so its tangent lies below it: the linearised limit is on the safe side
-            self._force_rows(sign, end, v, by_power, p.motor_count * power / moving, -p.motor_count * power / moving**3)
-
-    def _force_rows(self, sign: float, end: NDArray[np.intp], v: Floats, at: NDArray[np.intp], bound: Floats, bound_by: Floats) -> None:
-        """sign * force at one end of the intervals `at` at most `bound` + `bound_by` (e - v^2/2)."""
-        if not len(at):
-            return
-        limits, vehicle, v = self.limits, self.limits.vehicle, v[at]
-        rolling_by = _slope(lambda x: rolling_force(vehicle, x), v) / np.maximum(v, 0.05 * self.v_scale)
-        fixed = rolling_force(vehicle, v) - rolling_by * 0.5 * v**2 + slope_force(vehicle, np.diff(limits.z)[at] / limits.ds)
-        own = sign * (2.0 * drag_force(vehicle, 1.0) + rolling_by) - bound_by[at]
-        inertia = sign * vehicle.effective_mass / limits.ds
-        room = bound[at] - bound_by[at] * 0.5 * v**2 - sign * fixed
-        scale = self.e_scale / self.f_scale
-        parts = [(self.e[1:][at], inertia * scale), (self.e[:-1][at], -inertia * scale), (end[at], own * scale)]
-        self.cones.at_most(parts, room / self.f_scale)
-
-    def _cones(self, journey_time: float) -> None:
-        mean = [(self.u[:-1], 0.5), (self.u[1:], 0.5)]
-        every = np.zeros(self.n - 1)
-        self.cones.rotated(every + self._delta() / self.f_scale, [(self.z, 1.0)], [(self.y, 1.0)], every, mean, every)
-        self.cones.rotated(every + 1.0, [], [(self.t, 1.0)], every, mean, every)
-        # one row over all intervals, divided by their number to stay of order one
-        share = 1.0 / (self.n - 1)
-        self.cones.total_at_most(self.t, share, journey_time / self.t_scale * share)
-
-    def _delta(self) -> float:
-        vehicle = self.limits.vehicle
-        return self._split() * vehicle.drive.motor_count * vehicle.motor_ratio
-
-    def objective(self) -> Floats:
-        """Energy over e, y and t, in units of effective mass times the interval."""
-        vehicle, ds = self.limits.vehicle, self.limits.ds
-        count, ratio = vehicle.drive.motor_count, vehicle.motor_ratio
-        q = np.zeros(5 * self.n - 3)
-        # the change of kinetic energy is given by the ends, so inertia is left out: its large terms would only cancel
-        inertia = vehicle.effective_mass / ds
-        by0, by1 = self.force[0] + inertia, self.force[1] - inertia
-        eddy0, eddy1, _ = self._mean_speed(np.full(self.n - 1, self._eddy_force()))
-        np.add.at(q, self.e[:-1], (by0 + eddy0) * self.e_scale)
-        np.add.at(q, self.e[1:], (by1 + eddy1) * self.e_scale)
-        b = copper_factor(vehicle)
-        q[self.y] = b / (count * ratio**2) * self.f_scale**2 / self.v_scale
-        price = count * max(vehicle.drive.inverter_constant_w - b * self._split() ** 2, 0.0)
-        q[self.t] = (price + self._product() * np.abs(self._force_about())) * self.t_scale / ds
-        q[self.z] = (self._product() * 2.0 / (self.v[:-1] + self.v[1:]) + gear_factor(vehicle)) * self.f_scale
-        return q / self.f_scale
+    def _profile(self, programme: ChainProgramme, found: Solution, journey_time: float, started: float) -> SpeedProfile:
+        limits, iterate = self.limits, found.iterate
+        v, brake = self._speeds(iterate), None
+        if limits.brake > 0.0:
+            brake = np.maximum(iterate.local[:, 1] * self._model.force_scale, 0.0)
+            needed = friction_braking(limits, v)
+            # what the barrier leaves of a brake that is not used is no braking
+            brake = np.maximum(np.where(brake > 1e-5 * self._model.force_scale, brake, 0.0), 0.0 if needed is None else needed)
+        check_profile(limits, v, brake)
+        check_times(limits, v, journey_time)
+        ledger = drive_energy(limits.vehicle, limits.s, v, limits.z, 0.0 if brake is None else brake)
+        arrival = float(arrival_times(limits, v)[-1])
+        bound = lower_bound(limits, programme, iterate, self.fastest.v, v, arrival if np.isinf(journey_time) else journey_time)
+        moved = sum(abs(part) for part in ledger.components.values())
+        prices = programme._prices(iterate.price) * self._model.unit
+        early = np.isfinite(journey_time) and arrival < journey_time - TIME_TOLERANCE
+        gap = max(ledger.total - bound, 0.0) / moved
+        # what is proven to be the optimum is solved, whatever the last residual
+        status = "reduced accuracy" if not found.solved and gap > _PROVEN else "solved early" if early else "solved"
+        milliseconds = 1e3 * (time.perf_counter() - started)
+        return SpeedProfile(
+            limits.s, v, status, found.iterations, milliseconds, brake=brake, method="eco", lower_bound=bound, gap=gap, price=float(prices[-1])
+        )
 
 
-def _slope(function: Callable[[Floats], Floats], v: Floats) -> Floats:
-    """Derivative of a polynomial of degree four by speed, exact to rounding (complex step)."""
-    step = 1e-30
-    return np.imag(function(v + 1j * step)) / step  # pyright: ignore[reportArgumentType]
+def refuse_windows(limits: SpeedLimits, fastest: Floats, journey_time: float) -> None:
+    """Refuse windows that even the fastest profile cannot meet.
+
+    Raises:
+        InfeasibleError: a window, or two of them, with station and by how much.
+    """
+    arrival = arrival_times(limits, fastest)
+    before, before_t, before_words = 0, 0.0, "the start"
+    for window in limits.windows:
+        at = station_number(limits, window.s)
+        least = before_t + float(arrival[at] - arrival[before])
+        if least > window.latest + 1e-9:
+            raise InfeasibleError(
+                f"{limits.name}: the window at s = {window.s:g} m of the path ends at {window.latest:.2f} s, the earliest arrival from "
+                f"{before_words} is {least:.2f} s, {least - window.latest:.2f} s too late"
+            )
+        if window.earliest > least:
+            before, before_t, before_words = at, window.earliest, f"the window at s = {window.s:g} m"
+    least = before_t + float(arrival[-1] - arrival[before])
+    if least > journey_time * (1.0 + 1e-6) and before:
+        raise InfeasibleError(
+            f"{limits.name}: arrival after {journey_time:.2f} s cannot be met from {before_words}: the least possible time is {least:.2f} s, "
+            f"{least - journey_time:.2f} s more"
+        )

@@ -104,7 +104,7 @@ def test_files_hold_what_the_issue_lists(small: Plan, tmp_path: Path):
     assert [file.name for file in files] == ["trajectory.csv", "plan.json", "plan.png"]
     with files[0].open() as file:
         rows = list(csv.reader(file))
-    assert ",".join(rows[0]) == "s_m,x_m,y_m,z_m,psi_rad,kappa_1pm,v_mps,a_mps2,t_s,power_w"
+    assert ",".join(rows[0]) == "s_m,x_m,y_m,z_m,psi_rad,kappa_1pm,v_mps,a_mps2,t_s,power_w,jerk_mps3,slope,bank_rad"
     assert len(rows) == 1 + len(small.trajectory.s)
     assert np.allclose(np.array(rows[1:], dtype=float), small.trajectory.table(), rtol=1e-7, atol=1e-6)
     found = json.loads(files[1].read_text())

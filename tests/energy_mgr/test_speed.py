@@ -211,7 +211,7 @@ def test_end_speeds_are_kept_or_refused():
     limits = limits_on(straight(), start_speed=10.0, end_speed=5.0)
     profile = eco_profile(limits, 1.1 * fastest_profile(limits).journey_time)
     assert (profile.v[0], profile.v[-1]) == (pytest.approx(10.0), pytest.approx(5.0))
-    with pytest.raises(PlanningError, match="start speed 30 m/s, expected 0 to 15.00 m/s"):
+    with pytest.raises(PlanningError, match="start speed 30 m/s at s = 0.0 m, expected 0 to 15.00 m/s there \\(limit `posted`\\)"):
         limits_on(straight(), start_speed=30.0)
 
 
