@@ -157,6 +157,11 @@ class ChainProgramme:
         """Iterate until the residual of stationarity is below `tolerance` and complementarity below `gap` of the objective, or until the clock
         (`time.perf_counter`) passes `until`.
         """
+        # a start far from any solution may overflow; such steps are not finite and end the search
+        with np.errstate(all="ignore"):
+            return self._iterated(start, tolerance, gap, until)
+
+    def _iterated(self, start: Iterate, tolerance: float, gap: float, until: float) -> Solution:
         at, barrier, count = start, np.inf, 0
         state = self._state(at.x, at.local, at.slack, at.late, at.jerk_slack)
         shift, residual = 0.0, np.inf
@@ -333,7 +338,7 @@ class ChainProgramme:
             )
             new = self._state(x, local, slack, late, jerk_slack)
             value = self._merit(x, new, slack, late, jerk_slack, barrier)
-            if np.isfinite(value) and _acceptable(merit, state.infeasible, value, new.infeasible):
+            if np.isfinite(value) and _acceptable(merit, state.infeasible, value, new.infeasible, length):
                 made = Iterate(
                     x, local, slack, at.dual + back * step.dual, at.low + back * step.low, at.high + back * step.high, late,
                     at.price + back * step.price, at.ring + length * step.ring, jerk_slack, at.jerk_dual + back * step.jerk_dual,
@@ -348,8 +353,8 @@ class ChainProgramme:
         return float(self.weight * np.sum(state.values.energy) + self.price * np.sum(state.values.time) - barrier * logs)
 
 
-def _acceptable(merit: float, infeasible: float, value: float, new: float) -> bool:
+def _acceptable(merit: float, infeasible: float, value: float, new: float, length: float) -> bool:
     """Whether a trial improves the merit or the infeasibility, or is feasible to rounding with a merit that is no worse to rounding."""
     if new > 1e3 * max(infeasible, 1e-4):
         return False
-    return value <= merit + 1e-9 * max(abs(merit), 1.0) or new <= 0.9999 * infeasible
+    return value <= merit + 1e-9 * max(abs(merit), 1.0) or new <= (1.0 - 1e-4 * length) * infeasible
