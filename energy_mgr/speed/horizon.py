@@ -82,7 +82,7 @@ class SpeedPlanner:
         budget: wall time that a step may take, s; when it is over the last profile is kept.
     """
 
-    def __init__(self, limits: SpeedLimits, journey_time: float, *, soc: float | None = None, horizon: float = 1000.0, budget: float = 0.1) -> None:
+    def __init__(self, limits: SpeedLimits, journey_time: float, *, soc: float | None = None, horizon: float = 1000.0, budget: float = 0.25) -> None:
         if limits.closed:
             raise PlanningError(f"{limits.name}: planning while driving needs an open road, this is a circuit")
         if not horizon > 0.0 or not budget > 0.0:
