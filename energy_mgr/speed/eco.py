@@ -110,7 +110,7 @@ class EcoSolver:
         if self._jerk is None and not self.limits.windows:
             return self.fastest.journey_time
         refuse_windows(self.limits, self.fastest.v, np.inf)
-        return self._least()[0]
+        return self._least()
 
     def earliest(self) -> SpeedProfile:
         """The fastest profile, jerk and windows included."""
@@ -118,7 +118,7 @@ class EcoSolver:
             return self.fastest
         return self.arriving(self.least_time * (1.0 + _ROOM))
 
-    def _least(self) -> tuple[float, Floats]:
+    def _least(self) -> float:
         # where a window opens late there are many fastest profiles: of these, nearly the thriftiest
         limits = self.limits
         starts = [self._scaled(0.9), self._scaled(0.3)]
@@ -136,8 +136,7 @@ class EcoSolver:
             else:
                 break
         if best is not None:
-            v = self._speeds(best)
-            return float(arrival_times(limits, v)[-1]), v
+            return float(arrival_times(limits, self._speeds(best))[-1])
         where = ", ".join(f"s = {w.s:g} m from {w.earliest:g} to {w.latest:g} s" for w in limits.windows)
         words = "the limit of jerk" if not where else f"the windows at {where}" + (" and the limit of jerk" if self._jerk else "")
         raise SolverError(f"{limits.name}: no fastest profile was found within {words}")
@@ -183,7 +182,7 @@ class EcoSolver:
         """
         if count < 2:
             raise PlanningError(f"{self.limits.name}: a front of {count} points, expected 2 or more")
-        least = self.least_time
+        least = self.least_time if self._jerk is None and not self.limits.windows else self.least_time * (1.0 + _ROOM)
         if slowest is not None and not least <= slowest < 1e7:
             raise PlanningError(f"{self.limits.name}: slowest time {slowest} s, expected the least possible {least:.2f} s or more")
         last = self.priced(0.0) if slowest is None else None
