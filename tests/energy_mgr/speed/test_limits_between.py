@@ -158,6 +158,14 @@ def test_no_limit_is_broken_whatever_the_step(gallery: dict, name: str, step: fl
     look(road, path, limits, kind, (1.1, 1.3, 2.0) if hard else (1.02, 1.3, 2.0))
 
 
+@pytest.mark.slow
+@pytest.mark.xfail(strict=True, reason="battery power and friction brakes together are far from convex: so near the least time the method stalls")
+def test_a_van_with_every_limit_is_planned_next_to_its_least_time(gallery: dict):
+    road, path = gallery["rural"]
+    path, limits = planned(road, load_vehicle("van"), "everything", step=1.0, path=path)
+    look(road, path, limits, "everything", (1.02,))
+
+
 @pytest.mark.parametrize("name", ["commute"])
 def test_jerk_is_kept_at_every_station(gallery: dict, name: str):
     road, path = gallery[name]
