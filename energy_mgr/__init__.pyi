@@ -1,6 +1,10 @@
+from . import report as report
 from .errors import InfeasibleError as InfeasibleError
 from .errors import PlanningError as PlanningError
 from .errors import SolverError as SolverError
+from .manager.manager import EnergyManager as EnergyManager
+from .manager.measurements import Measurements as Measurements
+from .manager.measurements import WheelCommands as WheelCommands
 from .path.ends import End as End
 from .path.objective import Weights as Weights
 from .path.planner import PathOptions as PathOptions
@@ -10,6 +14,9 @@ from .path.result import PathReport as PathReport
 from .planning import Plan as Plan
 from .planning import plan as plan
 from .planning import plan_front as plan_front
+from .simulation.drive import simulate as simulate
+from .simulation.events import Event as Event
+from .simulation.log import Drive as Drive
 from .speed.horizon import SpeedPlanner as SpeedPlanner
 from .speed.limits import SpeedLimits as SpeedLimits
 from .speed.methods import plan_speed as plan_speed
@@ -19,9 +26,13 @@ from .trajectory import Trajectory as Trajectory
 from .trajectory_pieces import TrajectoryPoint as TrajectoryPoint
 
 __all__ = [
+    "Drive",
     "DriveRules",
     "End",
+    "EnergyManager",
+    "Event",
     "InfeasibleError",
+    "Measurements",
     "Path",
     "PathOptions",
     "PathReport",
@@ -34,8 +45,11 @@ __all__ = [
     "Trajectory",
     "TrajectoryPoint",
     "Weights",
+    "WheelCommands",
     "plan",
     "plan_front",
     "plan_path",
     "plan_speed",
+    "report",
+    "simulate",
 ]

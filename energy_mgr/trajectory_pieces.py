@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -72,6 +73,11 @@ class Pieces:
             [*_ends(columns), *_motion(columns), *_line(columns), *_height(columns), *(columns[name] for name in ("a", "power")), *_linear(columns)]
         )
         return cls(rows, columns["s"].tolist(), columns["t"].tolist())
+
+    @cached_property
+    def lists(self) -> list[list[float]]:
+        """The rows once more, as Python's floats for one place at a time: 1 kB each, made at the first question."""
+        return self.rows.tolist()
 
 
 def between(row: Iterable[Any], s: Any, sqrt: Callable[[Any], Any], atan2: Callable[[Any, Any], Any]) -> TrajectoryPoint[Any]:
@@ -165,9 +171,9 @@ def _linear(columns: Mapping[str, Floats]) -> tuple[Floats, ...]:
     return jerk, _next(jerk) - jerk, bank, _next(bank) - bank
 
 
-def point_between(row: Floats, s: float) -> TrajectoryPoint[float]:
+def point_between(row: list[float], s: float) -> TrajectoryPoint[float]:
     """`between` for one station."""
-    return between(row.tolist(), s, math.sqrt, math.atan2)
+    return between(row, s, math.sqrt, math.atan2)
 
 
 def points_between(rows: Floats, s: Floats) -> TrajectoryPoint[Floats]:

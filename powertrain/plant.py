@@ -151,7 +151,10 @@ class Plant:
         self._cell = np.zeros(len(_BATTERY))
         self._outside = dict.fromkeys(LIMITS, 0.0)
         self._before = kept(self.body, list(self.state))
-        self._electric = np.array([name in (*ELECTRIC, "motor", "steering_work") for name in FLOWS])
+        self._electric = np.array([float(name in (*ELECTRIC, "motor", "steering_work")) for name in FLOWS])
+        self._auxiliary = float(converter_input(self.electrics, self.electrics.auxiliary_w))
+        #: mean power at the battery's terminals in its last step, W
+        self.power = 0.0
 
     @property
     def time(self) -> float:
@@ -162,6 +165,19 @@ class Plant:
     def soc(self) -> float:
         """State of charge."""
         return float(self.battery_state[0])
+
+    @property
+    def dt(self) -> float:
+        """Step of the mechanics, s."""
+        return self._machine.dt
+
+    def compile_c(self) -> None:
+        """Turn the mechanics into machine code: about a second once, then a third of the time.
+
+        Raises:
+            VehicleError: there is no C compiler, or it refused.
+        """
+        self._machine.compile_scalar()
 
     def named(self) -> dict[str, float]:
         """The states of the body by name."""
@@ -174,17 +190,34 @@ class Plant:
         self._spent += drawn
         self._turned += np.abs(drawn)
         self._steps += 1
-        self._owed += float(np.sum(drawn[self._electric]))
+        self._owed += float(drawn @ self._electric)
         if self._steps % self._every == 0:
+            self._draw()
+
+    def advance(self, command: ArrayLike, steps: int) -> None:
+        """Advance by `steps` under `command`: as `step` so many times, in half the time.
+
+        Raises:
+            VehicleError: more steps than are left until the battery's own next step.
+        """
+        left = self._every - self._steps % self._every
+        if not 1 <= steps <= left:
+            raise VehicleError(f"advance by {steps} steps, expected 1 to {left}: then the battery's step is due")
+        self.state = self._machine.advance(self.state, command, steps)
+        self._spent += self._machine.integrals
+        self._turned += self._machine.turned
+        self._owed += float(self._machine.integrals @ self._electric)
+        self._steps += steps
+        if steps == left:
             self._draw()
 
     def _draw(self) -> None:
         """Let the battery give what the last steps took."""
-        auxiliary = float(converter_input(self.electrics, self.electrics.auxiliary_w))
-        power = self._owed / self._battery.dt + auxiliary
+        power = self._owed / self._battery.dt + self._auxiliary
         self.battery_state = self._battery.step(self.battery_state, [power, self._ambient])
         drawn = self._battery.integrals
         self._cell += drawn[: len(_BATTERY)]
+        self.power = float(drawn[1]) / self._battery.dt
         self._watch(float(drawn[1]), float(drawn[4]))
         self._unserved += max(power * self._battery.dt - float(drawn[1]), 0.0) if drawn[5] < self._battery.dt * (1.0 - 1e-9) else 0.0
         self._owed = 0.0
@@ -212,7 +245,7 @@ class Plant:
         energy["auxiliary"] = self.electrics.auxiliary_w * whole
         energy["converter"] = float(converter_loss(self.electrics, self.electrics.auxiliary_w)) * whole
         change = float(kept(self.body, list(self.state))) - float(self._before)
-        drives = float(np.sum(self._spent[self._electric]))
+        drives = float(self._spent @ self._electric)
         gaps = {
             "battery": energy["chemical"] - energy["terminal"] - energy["heat"] - energy["polarisation"],
             "bus": energy["terminal"] + self._unserved - energy["auxiliary"] - energy["converter"] - (drives - self._owed),

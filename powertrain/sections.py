@@ -165,9 +165,13 @@ class Drive(Section, frozen=True, kw_only=True):
 
 
 class Steering(Section, frozen=True, kw_only=True):
-    """Steering drives (M2), one per steered wheel: motor, gear and what the tyre's contact asks of them."""
+    """Steering drives (M2), one per steered wheel: motor, gear and what the tyre's contact asks of them.
+
+    Where wheels do not turn `individual`ly, a rack joins those of an axle: whoever steers the car turns them alike.
+    """
 
     steered: Axles
+    individual: bool = False
     angle_max_rad: Angle
     rate_max_radps: Positive
     lag_s: Positive = 0.02

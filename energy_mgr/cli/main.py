@@ -11,6 +11,7 @@ from .battery import battery_group
 from .front import front_command
 from .plan import plan_command
 from .roads import roads_group
+from .simulate import simulate_command
 from .vehicle import vehicle_group
 
 
@@ -22,6 +23,7 @@ def cli() -> None:
 
 cli.add_command(plan_command)
 cli.add_command(front_command)
+cli.add_command(simulate_command)
 cli.add_command(roads_group)
 cli.add_command(vehicle_group)
 cli.add_command(battery_group)

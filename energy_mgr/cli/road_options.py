@@ -30,18 +30,18 @@ _OPTIONS = (
     click.option("--road", "road_id", help="Network: the road of this id."),
     click.option("--from", "start", type=PlaceType(), help="Network: where the route begins: 'x,y' in m, or the id of a road or lane."),
     click.option("--to", "goal", type=PlaceType(), help="Network: where the route ends."),
-    click.option(
-        "--cost", type=click.Choice(["length", "time", "energy"]), default="length", show_default=True, help="Network: what the route has least of."
-    ),
+    None,  # the cost of a route, whose name is not the same everywhere
     click.option("--width", type=float, help="Width of the road in m, for files that hold a line only (GPX, GeoJSON, path tables)."),
     click.option("--lane", type=float, help="Width of the lane in m about the line of a path table."),
 )
 
 
-def road_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options above to `command`, which passes them on to `open_chosen`."""
+def road_options(command: Callable[..., Any], *, cost: tuple[str, ...] = ("--cost",)) -> Callable[..., Any]:
+    """Add the options above to `command`, which passes them on to `chosen`; `cost` names the option for the cost of a route."""
+    kinds = click.Choice(["length", "time", "energy"])
+    route = click.option(*cost, type=kinds, default="length", show_default=True, help="Network: what the route has least of.")
     for option in reversed(_OPTIONS):
-        command = option(command)
+        command = (option or route)(command)
     return command
 
 

@@ -96,7 +96,8 @@ def scalar(function: Any) -> Any:
         generator = ca.CodeGenerator("step.c")
         generator.add(function)
         generator.generate(f"{folder}/")
-        _compile([f"{folder}/step.c"], f"{folder}/step.so", ())
+        # straight-line code gains nothing from more optimisation, which takes several times as long
+        _compile([f"{folder}/step.c"], f"{folder}/step.so", ("-O1",))
         # loaded, the library outlives its file
         return ca.external(function.name(), f"{folder}/step.so")
 

@@ -160,7 +160,7 @@ class DoubleTrack:
                 speeds[motor] = speeds[motor] + self._share * s[f"omega_{name}"]
         return speeds
 
-    def _torque_range(self, speed: Any) -> tuple[Any, Any]:
+    def torque_range(self, speed: Any) -> tuple[Any, Any]:
         """Largest torque forwards and backwards at a motor speed in rad/s, Nm: driving or recuperating, as the motor turns."""
         p = self.vehicle.drive
         drive, regen = torque_limits(p, speed)
@@ -224,7 +224,7 @@ class DoubleTrack:
         drive, steering = self.vehicle.drive, self.steering
         rate: dict[str, Any] = {}
         for motor, speed in zip(self.motors, self.motor_speeds(s), strict=True):
-            forward, backward = self._torque_range(speed)
+            forward, backward = self.torque_range(speed)
             wanted = np.fmax(np.fmin(c[f"torque_cmd_{motor}"], forward), -backward) - s[f"torque_{motor}"]
             rate[f"torque_{motor}"] = drive.torque_rate_nmps * saturated(wanted * (1.0 / (drive.torque_lag_s * drive.torque_rate_nmps)))
         brakes = (self.brakes.front_torque_max_nm,) * 2 + (self.brakes.rear_torque_max_nm,) * 2

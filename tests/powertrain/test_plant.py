@@ -126,3 +126,60 @@ def test_an_empty_battery_says_what_it_could_not_give():
 def test_numbers_that_make_no_state_are_refused(wrong: dict[str, float]):
     with pytest.raises(VehicleError, match="expected"):
         Plant(load_vehicle("romo"), **wrong)  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(("name", "machine_code"), [("romo", True), *((name, False) for name in shipped())])
+def test_several_steps_at_once_are_the_same_steps(name: str, machine_code: bool):
+    """States, battery and account after steps one by one and in groups that divide the battery's step in different ways."""
+    single, grouped = (Plant(load_vehicle(name), speed=9.0, battery_every=20) for _ in range(2))
+    if machine_code:
+        try:
+            grouped.compile_c()
+        except VehicleError:
+            pytest.skip("no C compiler here")
+    rng = np.random.default_rng(14)
+    most = 0.4 * single.body.vehicle.drive.torque_max_nm
+    for groups in ((4, 4, 4, 4, 4), (20,), (1, 7, 12), (10, 10)) * 2:
+        for count in groups:
+            angle = {f"steer_cmd_{wheel}": 0.02 * rng.standard_normal() for wheel in WHEELS if wheel in single.body.steered}
+            u = single.body.command(torque_cmd=rng.uniform(-most, most), brake_cmd=max(rng.uniform(-800.0, 200.0), 0.0), **angle)
+            for _ in range(count):
+                single.step(u)
+            grouped.advance(u, count)
+        assert grouped.time == single.time
+    assert grouped.state == pytest.approx(single.state, rel=1e-9, abs=1e-9)
+    assert grouped.battery_state == pytest.approx(single.battery_state, rel=1e-12)
+    assert grouped.power == pytest.approx(single.power, rel=1e-9)
+    one, other = single.ledger(), grouped.ledger()
+    assert other.energy == pytest.approx(one.energy, rel=1e-9, abs=1e-6)
+    # not equal: small gaps over what passed; that they are small both times is what counts
+    # commands that change every few milliseconds cost the integrals a digit
+    assert max(one.imbalance.values()) < 2e-8
+    assert max(other.imbalance.values()) < 2e-8
+
+
+def test_steps_beyond_the_batterys_own_are_refused():
+    plant = Plant(load_vehicle("romo"), speed=5.0, battery_every=4)
+    u = plant.body.command()
+    plant.advance(u, 3)
+    for steps in (0, -1, 2, 5):
+        with pytest.raises(VehicleError, match=f"advance by {steps} steps, expected 1 to 1"):
+            plant.advance(u, steps)
+    plant.advance(u, 1)
+    assert plant.time == pytest.approx(4e-3)
+
+
+def test_a_machine_advances_as_it_steps_whatever_the_count():
+    from powertrain.chassis.machine import Machine
+
+    plant = Plant(load_vehicle("romo"), speed=9.0)
+    machine, u = Machine(plant.body, 1e-3), plant.body.command(torque_cmd=50.0, steer_cmd=0.02)
+    x = np.array(plant.body.initial(9.0))
+    for count in (1, 5, 5, 2, 1):
+        expected = x
+        for _ in range(count):
+            expected = machine.step(expected, u)
+        given = x.copy()
+        x = machine.advance(x, u, count)
+        assert x == pytest.approx(expected, rel=1e-12, abs=1e-12)
+        assert given is not x

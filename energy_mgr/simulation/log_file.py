@@ -1,0 +1,37 @@
+"""The log of a drive as a Parquet file."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import PlanningError
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from .log import Drive
+
+
+def write(drive: Drive, path: str | PathLike[str]) -> Path:
+    """As `Drive.save`."""
+    path = Path(path)
+    try:
+        arrow: Any = importlib.import_module("pyarrow")
+        parquet: Any = importlib.import_module("pyarrow.parquet")
+    except ImportError:
+        raise PlanningError(f"{path}: Parquet needs pyarrow, expected the extra `parquet` to be installed") from None
+    about = {"vehicle": drive.vehicle.name, "trajectory": drive.trajectory.name, "outcome": drive.outcome, **drive.options}
+    table = arrow.table(drive.columns).replace_schema_metadata({b"energy_mgr.drive": json.dumps(about, default=str).encode()})
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".drive-") as folder:
+            staged = Path(folder, "log.parquet")
+            parquet.write_table(table, staged, compression="zstd", use_dictionary=False, use_byte_stream_split=True)
+            staged.replace(path)
+    except OSError as error:
+        raise PlanningError(f"{path}: cannot be written: {error.strerror or error}") from None
+    return path

@@ -1,0 +1,124 @@
+"""E0 to E4 in closed loop, against the printed figures where they can be compared; see `closed_loop` and docs/results.md."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from energy_mgr import Event, simulate
+
+from . import closed_loop as e
+
+#: Distance that the plan keeps between the car's sides and the borders, m: an offset below it crosses none.
+MARGIN = 0.2
+ROADS = tuple(e.PRINTED)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("friction", [None, 0.3])
+def test_e0_an_offset_of_two_metres_decays_without_overshoot(friction):
+    drive = e.offset_drive(friction=friction)
+    events = [event for _, event in drive.happened]
+    straight = simulate(drive.trajectory, e.romo(), events=events, longest=9.0, compiled=False)
+    # bends leave an offset of their own (2 cm; 6 cm where nobody knows that it is slippery): what the start adds to it is what decays
+    rest = drive["e_y_m"] - straight["e_y_m"]
+    assert rest[0] == pytest.approx(2.0, abs=1e-6)
+    assert np.all(np.abs(rest[drive["t_s"] > 3.0]) < 0.1)
+    assert rest.min() > -0.02
+    assert np.all(np.abs(drive["e_y_m"][drive["t_s"] > 4.0]) < 0.1)
+
+
+@pytest.mark.slow
+def test_e1_takes_the_printed_energy_but_for_what_the_tyres_lose():
+    lane_change = e.double_lane_change()
+    drives = {name: simulate(lane_change, e.romo(), compiled=False, **options) for name, options in e.LANE_CHANGES.items()}
+    ours = drives["ours, physical"]
+    assert ours.offset_rms < 0.05
+    # 62.7 kJ, 4.8 % above the printed 59.9: what slides in the contact patches comes on top of the account that the wheels' inertia was chosen by
+    assert ours.drive_energy - ours.ledger.energy["tyre"] == pytest.approx(59.88e3, rel=0.03)
+    assert ours.drive_energy == pytest.approx(59.88e3, rel=0.06)
+    published = [drives[f"published, {cost}"].drive_energy for cost in ("heuristic", "physical")]
+    assert ours.drive_energy < min(published)
+    # printed: 0.012 % apart, the physical cost being the lower one
+    assert ours.drive_energy < drives["ours, heuristic"].drive_energy < 1.001 * ours.drive_energy
+
+
+@pytest.mark.slow
+def test_e1_takes_the_printed_energy_with_lighter_wheels():
+    # the source does not give their inertia: 0.65 kg m^2 is ours, 0.3 as possible
+    chassis = msgspec.structs.replace(e.romo().chassis, wheel_inertia_kgm2=0.3)
+    drive = simulate(e.double_lane_change(), msgspec.structs.replace(e.romo(), chassis=chassis), compiled=False)
+    assert drive.drive_energy == pytest.approx(59.88e3, rel=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("road", ROADS)
+def test_published_methods_show_the_published_trend(road):
+    base, physical = e.published(road, "reference", "heuristic"), e.published(road, "reference", "physical")
+    path, path_physical = e.published(road, "path_only", "heuristic"), e.published(road, "path_only", "physical")
+    for drive in (base, physical, path, path_physical):
+        assert drive.outcome == "arrived"
+        assert drive.journey_time == pytest.approx(base.journey_time, rel=3e-3)
+    # the optimised path saves, the physical cost does not pay
+    assert path.battery_energy < base.battery_energy
+    assert physical.battery_energy > base.battery_energy
+    assert path_physical.battery_energy > path.battery_energy
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("road", ROADS)
+def test_ours_saves_more_than_printed_at_equal_time_and_follows_within_the_margin(road):
+    base, ours = e.published(road, "reference", "heuristic"), e.ours(road)
+    assert ours.outcome == "arrived"
+    assert ours.journey_time == pytest.approx(base.journey_time, rel=1e-3)
+    printed_kwh, printed_percent = e.PRINTED[road][1]
+    saved = ours.battery_energy - base.battery_energy
+    assert saved < printed_kwh * e.KWH
+    if base.battery_energy > 0.0:
+        assert 100.0 * saved / base.battery_energy < printed_percent
+    assert ours.offset_rms < 0.2
+    assert ours.offset_max < MARGIN
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("road", ROADS)
+def test_the_physical_cost_is_no_worse_than_the_heuristic_with_our_allocator(road):
+    # a tenth of a thousandth: where both find the same split, which is the rule on straight roads
+    assert e.ours(road).battery_energy <= e.ours(road, cost="heuristic").battery_energy + 1e-4 * abs(e.ours(road).battery_energy)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("road", ROADS)
+def test_closed_loop_energy_is_the_plans_but_for_tyre_slip_within_three_per_cent(road):
+    account = e.Account.of(e.ours(road))
+    # of what flows, since on `descent` the sum is near zero
+    moved = max(abs(account.plan), e.ours(road).ledger.energy["drag"] + e.ours(road).ledger.energy["rolling"])
+    assert abs(account.drive - account.tyre - account.plan) < 0.03 * moved
+    assert 0.0 < account.tyre < 0.15 * moved
+
+
+@pytest.mark.slow
+def test_torques_jitter_five_times_less_than_with_the_published_methods():
+    ours = e.ours("commute").torque_jitter
+    assert 5.0 * ours < e.published("commute", "path_only", "heuristic").torque_jitter
+    assert 5.0 * ours < e.published("commute", "path_only", "physical").torque_jitter
+
+
+FAULTS = [
+    *((f"motor_{k + 1}", "dead") for k in range(4)),
+    *((f"brake_{wheel}", "dead") for wheel in ("fl", "fr", "rl", "rr")),
+    *((f"steer_{wheel}", "stuck") for wheel in ("fl", "fr", "rl", "rr")),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("part", "kind"), FAULTS)
+def test_every_single_fault_in_a_bend_of_commute_leaves_the_car_on_the_road(part, kind):
+    lam = e.plans("commute")["both"]
+    sharpest = float(lam.s[np.argmax(np.abs(lam.kappa) * lam.v**2 * (lam.v > 8.0))])
+    drive = simulate(lam, e.romo(), events=[Event(part=part, kind=kind, station_m=sharpest)], longest=60.0)
+    assert drive.happened
+    assert drive.errors == 0
+    assert drive.outcome in ("late", "stopped", "arrived")  # `late`: the time was cut short here
+    assert drive.offset_max < MARGIN
+    named = {"motor": "motor", "brake": "brake", "steer": "steering"}[part.split("_")[0]]
+    assert any(named in said for _, said in drive.noticed)
