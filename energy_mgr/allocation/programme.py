@@ -5,7 +5,7 @@ Unknown is the change z = (u - u_before) / scale. The cost in kW is
     losses (a parabola about u_before) + 0.5 z' R z + 0.5 gamma |W (b + B du - demand)|^2
 
 with bounds from the actuators, an octagon inside each wheel's friction circle, and the battery's power between its limits. The demand is soft so
-that there is an answer to every demand: with gamma as large as here the cost moves the motion by less than 1e-3 m/s^2, and a demand that cannot be
+that there is an answer to every demand: with gamma as large as here the cost hardly moves the motion (1e-4 m/s^2), and a demand that cannot be
 met is met as nearly as the actuators allow, in the norm of W.
 
 Grip and battery bound forces that the last command may already exceed (friction fell, a charging limit came down). So that the programme always has

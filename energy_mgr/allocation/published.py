@@ -153,7 +153,7 @@ class TwoStepAllocator(_Published):
 
 
 class WeightedAllocator(_Published):
-    """(3.30): one QP, cost plus gamma times the squared miss of the demand."""
+    """(3.30): one QP, cost plus half of gamma times the squared miss of the demand."""
 
     def __init__(self, vehicle: Vehicle, *, cost: str = "heuristic", tyre: TyreKind = "linear", dt: float = 0.004, gamma: float = GAMMA) -> None:
         """The allocator of a car; arguments as in `TwoStepAllocator`, and gamma in kW per (m/s^2)^2.
