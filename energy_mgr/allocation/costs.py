@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from powertrain.motor import motor_losses
+from powertrain.motor import copper_factor, motor_losses
 from powertrain.steering import Contact, steering_power
 from powertrain.symbolic import ca
+from powertrain.vehicle import GRAVITY
 
 from ..errors import PlanningError
 
@@ -25,6 +26,10 @@ CostKind = Literal["physical", "heuristic", "blended"]
 COSTS: tuple[str, ...] = ("physical", "heuristic", "blended")
 #: Torque in Nm below which the kink of the inverter's loss at zero is rounded off.
 _ROUND = 1.0
+#: Steering rate in rad/s below which the kink of the drive's friction is rounded off.
+_ROUND_RATE = 0.01
+#: W/rad^2: least curvature of the steering's cost, so that the programme stays strictly convex.
+_FLATTEST = 1e3
 #: Share of the heuristic in the blended cost.
 BLEND = 0.5
 #: Below this wheel speed in m/s a friction brake counts as if it wasted this much: the parking car has a reason, too, to prefer motors.
@@ -118,25 +123,13 @@ def published_physical(layout: Layout, u: Any, wheels: Sequence[WheelForce], spe
     torques = sum(sum(motor_losses(layout.vehicle, u[k], speeds[k])) for k in range(layout.motors))
     by_torque = ca.gradient(torques, u)
     for k in range(layout.motors):
-        gradient[k], curvature[k] = by_torque[k], 2.0 * _copper(layout)
+        gradient[k], curvature[k] = by_torque[k], 2.0 * copper_factor(layout.vehicle)
     for k in range(4):
         gradient[layout.brakes.start + k], curvature[layout.brakes.start + k] = 0.0, 0.0
     for k in range(count):
         bent = np.fmax(bend[k], _FLATTEST)
         gradient[start + k], curvature[start + k] = slope[k] - bent * turned[k], bent
     return Parabola(gradient, curvature)
-
-
-#: Steering rate in rad/s below which the kink of the drive's friction is rounded off.
-_ROUND_RATE = 0.01
-#: W/rad^2: least curvature of the steering's cost, so that the programme stays strictly convex.
-_FLATTEST = 1e3
-
-
-def _copper(layout: Layout) -> float:
-    from powertrain.motor import copper_factor
-
-    return copper_factor(layout.vehicle)
 
 
 def heuristic(layout: Layout, u: Any, wheels: Sequence[WheelForce]) -> Parabola:
@@ -148,12 +141,12 @@ def heuristic(layout: Layout, u: Any, wheels: Sequence[WheelForce]) -> Parabola:
     curvature: list[Any] = [0.0] * layout.size
     most = layout.vehicle.drive.regen_torque_max_nm
     for k in range(layout.motors):
-        curvature[k] = 2.0 * _copper(layout)
+        curvature[k] = 2.0 * copper_factor(layout.vehicle)
         gradient[k] = curvature[k] * (u[k] + most)
     for k, wheel in enumerate(layout.steered):
-        tyre, load = layout.track.tyres[wheel], layout.vehicle.chassis.mass_kg * 9.81 / 4.0
+        tyre, load = layout.track.tyres[wheel], layout.vehicle.chassis.mass_kg * GRAVITY / 4.0
         torque_per_angle = float(tyre.cornering_stiffness(load)) * layout.vehicle.chassis.wheel_radius_m
-        curvature[layout.steers.start + k] = 2.0 * _copper(layout) * torque_per_angle**2
+        curvature[layout.steers.start + k] = 2.0 * copper_factor(layout.vehicle) * torque_per_angle**2
     return Parabola(gradient, curvature)
 
 
