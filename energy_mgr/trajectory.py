@@ -254,7 +254,7 @@ class Trajectory:
         """Write a file of the kind of its suffix, .csv or .parquet, whole or not at all.
 
         Raises:
-            PlanningError: another suffix, a place that cannot be written to, Parquet without pyarrow.
+            PlanningError: another suffix, a place that cannot be written to.
         """
         from .trajectory_files import save
 

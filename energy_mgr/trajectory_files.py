@@ -43,7 +43,7 @@ def save(trajectory: Trajectory, path: str | PathLike[str]) -> None:
     """Write CSV or Parquet, as the suffix says, whole or not at all.
 
     Raises:
-        PlanningError: another suffix, a place that cannot be written to, Parquet without pyarrow.
+        PlanningError: another suffix, a place that cannot be written to.
     """
     (write_csv if _suffix(path) == ".csv" else write_parquet)(trajectory, path)
 
@@ -108,9 +108,9 @@ def write_parquet(trajectory: Trajectory, path: str | PathLike[str]) -> None:
     """Write a Parquet file with check sums.
 
     Raises:
-        PlanningError: a place that cannot be written to, or no pyarrow.
+        PlanningError: a place that cannot be written to.
     """
-    arrow, parquet = _pyarrow(path)
+    arrow, parquet = _pyarrow()
     about = {_KEY: json.dumps({"name": trajectory.name, "closed": trajectory.closed}).encode()}
     table = arrow.table(dict(zip(trajectory.COLUMNS, trajectory.columns.values(), strict=True))).replace_schema_metadata(about)
     _whole(path, lambda staged: parquet.write_table(table, staged, write_page_checksum=True))
@@ -120,9 +120,9 @@ def read_parquet(path: str | PathLike[str]) -> Trajectory:
     """Read a Parquet file.
 
     Raises:
-        PlanningError: in one line what is wrong where: file, row (from 0), column, found, expected; or no pyarrow.
+        PlanningError: in one line what is wrong where: file, row (from 0), column, found, expected.
     """
-    arrow, parquet = _pyarrow(path)
+    arrow, parquet = _pyarrow()
     try:
         # from memory: no name of a folder is taken for a column
         table = parquet.ParquetFile(arrow.BufferReader(read_bytes(Path(path))), page_checksum_verification=True).read()
@@ -174,11 +174,9 @@ def _about(path: str | PathLike[str], found: bytes | None) -> tuple[bool | None,
     raise PlanningError(f"{path}: metadata {_KEY.decode()} is {_line(found)}, expected an object with closed (true or false) and name")
 
 
-def _pyarrow(path: str | PathLike[str]) -> tuple[Any, Any]:
-    try:
-        return importlib.import_module("pyarrow"), importlib.import_module("pyarrow.parquet")
-    except ImportError:
-        raise PlanningError(f"{path}: Parquet needs pyarrow, expected it installed: pip install energy-mgr[parquet]") from None
+def _pyarrow() -> tuple[Any, Any]:
+    """The library, loaded when the first Parquet file is touched: it takes longer to load than a short trajectory to write."""
+    return importlib.import_module("pyarrow"), importlib.import_module("pyarrow.parquet")
 
 
 def _suffix(path: str | PathLike[str]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
 import shutil
@@ -37,12 +36,10 @@ def check_place(folder: str | PathLike[str], animation: str = "none") -> list[st
         animation: `none`, `gif` or `mp4`.
 
     Raises:
-        PlanningError: pyarrow or, for an MP4, ffmpeg is missing; or the place is taken or cannot be written to.
+        PlanningError: for an MP4, ffmpeg is missing; or the place is taken or cannot be written to.
     """
     folder = Path(folder)
     names = [*FILES, *([] if animation == "none" else [f"drive.{animation}"])]
-    if importlib.util.find_spec("pyarrow") is None:
-        raise PlanningError(f"{folder / FILES[0]}: Parquet needs pyarrow, expected it installed: pip install energy-mgr[parquet]")
     if animation != "none":
         from .animation import check_kind
 

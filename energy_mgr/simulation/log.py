@@ -187,7 +187,7 @@ class Drive:
         """Write the columns as Parquet, whole or not at all.
 
         Raises:
-            PlanningError: the place cannot be written to, or pyarrow is missing.
+            PlanningError: the place cannot be written to.
         """
         from .log_file import write
 

@@ -19,11 +19,8 @@ if TYPE_CHECKING:
 def write(drive: Drive, path: str | PathLike[str]) -> Path:
     """As `Drive.save`."""
     path = Path(path)
-    try:
-        arrow: Any = importlib.import_module("pyarrow")
-        parquet: Any = importlib.import_module("pyarrow.parquet")
-    except ImportError:
-        raise PlanningError(f"{path}: Parquet needs pyarrow, expected the extra `parquet` to be installed") from None
+    arrow: Any = importlib.import_module("pyarrow")
+    parquet: Any = importlib.import_module("pyarrow.parquet")
     about = {"vehicle": drive.vehicle.name, "trajectory": drive.trajectory.name, "outcome": drive.outcome, **drive.options}
     table = arrow.table(drive.columns).replace_schema_metadata({b"energy_mgr.drive": json.dumps(about, default=str).encode()})
     try:

@@ -223,7 +223,7 @@ def write_geojson(road: Road, path: Path) -> None:
     """Write reference and edges as lines: in degrees where the road knows its origin, else in metres with a coordinate system that says so.
 
     Raises:
-        RoadError: the file cannot be written, or pyproj is missing.
+        RoadError: the file cannot be written.
     """
     road.must_lead_on(path)
     points, normal = road.reference.position(road.s), road.reference.normal(road.s)

@@ -18,10 +18,8 @@ FARTHEST = 250e3
 
 
 def _projection(latitude: float, longitude: float) -> Any:
-    try:
-        from pyproj import Proj
-    except ImportError:
-        raise RoadError("geographic coordinates need pyproj, which is not installed: pip install 'energy-mgr[geo]'") from None
+    from pyproj import Proj
+
     return Proj(proj="tmerc", lat_0=latitude, lon_0=longitude, k=1.0, ellps="WGS84")
 
 
@@ -29,7 +27,7 @@ def to_plane(latitude: ArrayLike, longitude: ArrayLike, origin: tuple[float, flo
     """Points (n, 2) in m, east and north of `origin` (latitude, longitude in degrees; default: the first point), and the origin.
 
     Raises:
-        RoadError: coordinates that are not on Earth or farther than 250 km from the origin, or pyproj is missing.
+        RoadError: coordinates that are not on Earth or farther than 250 km from the origin.
     """
     latitude, longitude = np.asarray(latitude, dtype=np.float64), np.asarray(longitude, dtype=np.float64)
     bad = ~((np.abs(latitude) <= 89.0) & (np.abs(longitude) <= 360.0))
@@ -46,10 +44,6 @@ def to_plane(latitude: ArrayLike, longitude: ArrayLike, origin: tuple[float, flo
 
 
 def to_degrees(points: Floats, origin: tuple[float, float]) -> Floats:
-    """(n, 2) longitude and latitude in degrees of points (n, 2) in m about `origin` (latitude, longitude).
-
-    Raises:
-        RoadError: pyproj is missing.
-    """
+    """(n, 2) longitude and latitude in degrees of points (n, 2) in m about `origin` (latitude, longitude)."""
     longitude, latitude = _projection(*origin)(points[:, 0], points[:, 1], inverse=True)
     return np.column_stack([longitude, latitude])

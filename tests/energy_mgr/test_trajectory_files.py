@@ -1,6 +1,5 @@
 import csv
 import os
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from energy_mgr import PlanningError, Trajectory
-from energy_mgr.trajectory_files import load, read_csv, read_parquet, save, write_csv, write_parquet, write_path_table
+from energy_mgr.trajectory_files import load, read_csv, save, write_csv, write_path_table
 from roads import open_road
 
 from .test_trajectory import circle, on_clothoid, straight
@@ -180,11 +179,3 @@ def test_places_that_cannot_be_written_to_are_refused(tmp_path: Path):
 def test_other_suffixes_are_refused(what: Callable[[Path], object], tmp_path: Path):
     with pytest.raises(PlanningError, match=r"unknown kind of trajectory file '\.xlsx', expected one of \.csv, \.parquet"):
         what(tmp_path / "a.xlsx")
-
-
-def test_without_pyarrow_the_remedy_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    for what in (lambda path: write_parquet(ramp(), path), read_parquet):
-        with pytest.raises(PlanningError, match=r"a\.parquet: .*pip install energy-mgr\[parquet\]"):
-            what(tmp_path / "a.parquet")
-    save(ramp(), tmp_path / "a.csv")

@@ -21,8 +21,6 @@ from roads import RoadBuilder
 
 from ..report.rig import there_and_stop
 
-pytest.importorskip("pyarrow")
-
 
 @pytest.fixture
 def plan(tmp_path: Path) -> Path:
@@ -166,22 +164,6 @@ def test_ctrl_c_leaves_nothing(place: str, plan: Path, tmp_path: Path, monkeypat
         signal.signal(signal.SIGINT, before)
     assert "interrupted, nothing written" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["plan.csv"]
-
-
-def test_missing_pyarrow_is_told_before_anything_is_driven(
-    plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-):
-    from energy_mgr.report import drive_files
-
-    def drives(*_: Any, **__: Any) -> None:
-        raise AssertionError("driven in vain")
-
-    monkeypatch.setattr(drive_files.importlib.util, "find_spec", lambda name: None)
-    monkeypatch.setattr("energy_mgr.simulation.simulate", drives)
-    assert main(["simulate", str(plan), "--out", str(tmp_path / "out")]) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert "Parquet needs pyarrow" in error
 
 
 def test_choices_are_those_of_the_library():

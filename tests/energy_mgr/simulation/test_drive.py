@@ -4,6 +4,7 @@ import json
 import math
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from energy_mgr import PlanningError, Trajectory
@@ -65,9 +66,8 @@ def test_the_log_agrees_with_the_account(short):
 
 
 def test_the_file_reads_back(romo, short, tmp_path):
-    parquet = pytest.importorskip("pyarrow.parquet")
     path = short.save(tmp_path / "new" / "log.parquet")
-    table = parquet.read_table(path)
+    table = pq.read_table(path)
     assert table.column_names == list(short.columns)
     for name, column in short.columns.items():
         assert np.array_equal(table[name].to_numpy(), column)
