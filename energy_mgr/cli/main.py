@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import sys
 
 import click
@@ -10,6 +9,7 @@ import click
 from .battery import battery_group
 from .front import front_command
 from .plan import plan_command
+from .quick import end_quickly, start_quickly
 from .roads import roads_group
 from .simulate import simulate_command
 from .vehicle import vehicle_group
@@ -31,8 +31,6 @@ cli.add_command(battery_group)
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; bad input ends in one line on standard error and exit code 2."""
-    # a short process that imports much: collecting garbage at the usual pace costs it a tenth of its time
-    gc.set_threshold(100_000, 50, 50)
     try:
         code = cli.main(args=arguments, prog_name="energy-mgr", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -53,5 +51,13 @@ def _complain(message: str) -> int:
     return 2
 
 
+def run() -> None:
+    """What the installed command calls: `main` in a process of its own."""
+    start_quickly()
+    code = main()
+    end_quickly()
+    sys.exit(code)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    run()

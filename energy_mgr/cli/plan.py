@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from .progress import ProgressLine
+from .quick import lean_scipy
 from .road_options import chosen, road_options
 from .rule_options import rule_options, with_rules
 
@@ -67,6 +68,8 @@ def plan_command(road: str, out: Path, path_method: Any, knots: str, qp: str, **
 
     progress = ProgressLine()
     with Painter() as painter:
+        with lean_scipy():
+            import scipy.linalg  # noqa: F401
         from powertrain import VehicleError
         from roads import RoadError, open_road
 

@@ -20,11 +20,13 @@ if TYPE_CHECKING:
 
     from ..planning import Plan
 
+    Draw = Callable[[Plan, Path], Callable[[], None] | None]
+
 #: The files of a plan.
 FILES = ("trajectory.csv", "plan.json", "plan.png")
 
 
-def save_plan(plan: Plan, folder: str | PathLike[str], *, draw: Callable[[Plan, Path], None] | None = None) -> list[Path]:
+def save_plan(plan: Plan, folder: str | PathLike[str], *, draw: Draw | None = None) -> list[Path]:
     """Write `trajectory.csv`, `plan.json` and `plan.png` into `folder`, which is made if need be.
 
     All three are written beside their place first and then moved in; if anything fails before, nothing in `folder` has changed.
@@ -32,7 +34,7 @@ def save_plan(plan: Plan, folder: str | PathLike[str], *, draw: Callable[[Plan, 
     Args:
         plan: what to write.
         folder: where.
-        draw: draws the figure into a file; by default `draw_plan`.
+        draw: draws the figure into a file, by default `draw_plan`; what it returns, if anything, is called to wait until the file is there.
 
     Returns:
         The paths of the files.
@@ -49,17 +51,19 @@ def save_plan(plan: Plan, folder: str | PathLike[str], *, draw: Callable[[Plan, 
         raise PlanningError(f"{folder}: cannot be written: {error.strerror}") from None
 
 
-def _write(plan: Plan, folder: Path, draw: Callable[[Plan, Path], None]) -> list[Path]:
+def _write(plan: Plan, folder: Path, draw: Draw) -> list[Path]:
     taken = [name for name in FILES if (folder / name).is_dir()]
     if taken:
         raise PlanningError(f"{folder / taken[0]}: is a folder, expected a file to replace or nothing")
     home = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     staging = Path(tempfile.mkdtemp(dir=home, prefix=".plan-"))
     try:
+        wait = draw(plan, staging / FILES[2])
         # the header comes first, as programs that know no remarks expect it; name and closed flag are in plan.json
         write_csv(plan.trajectory, staging / FILES[0], remarks=False)
         (staging / FILES[1]).write_text(json.dumps(summary(plan), indent=2) + "\n", encoding="utf-8")
-        draw(plan, staging / FILES[2])
+        if wait is not None:
+            wait()
         staging.chmod(0o755)
         if folder.exists():
             for name in FILES:
