@@ -3,6 +3,10 @@
 import os
 from pathlib import Path
 
+# one thread for BLAS in each of pytest's processes and in those that tests start: several take turns waiting for each other, which tripled the time
+for library in ("OPENBLAS", "OMP", "MKL"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
 import numpy as np
 import pytest
 

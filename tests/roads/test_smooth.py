@@ -4,6 +4,8 @@ import pytest
 from roads import PlanarCurve, RoadError, open_road
 from roads.smooth import smooth_points, smoothed
 
+from ..timing import least_time
+
 
 @pytest.mark.parametrize(("noise", "bound"), [(0.05, 0.3), (0.15, 0.3), (0.15, 0.8)])
 @pytest.mark.parametrize("name", ["handling", "commute"])
@@ -62,18 +64,12 @@ def test_road_moves_its_reference_and_nothing_else(rng: np.random.Generator):
         assert np.max(np.abs(np.abs(off) - 3.5)) < 0.05
 
 
+@pytest.mark.timing
 def test_time_grows_with_the_number_of_points():
-    import time
-
     def took(count: int) -> float:
         x = 3.0 * np.arange(count)
         points = np.column_stack([x, 50.0 * np.sin(x / 100.0)]) + np.random.default_rng(1).normal(0.0, 0.1, (count, 2))
-        best = np.inf
-        for _ in range(3):
-            start = time.perf_counter()
-            smooth_points(points, 0.5)
-            best = min(best, time.perf_counter() - start)
-        return best
+        return least_time(lambda: smooth_points(points, 0.5), rounds=3)
 
     small, large = took(4000), took(32000)
     # eight times the points; quadratic time would be 64 times as long
