@@ -157,10 +157,19 @@ def during(found, event, name):
     return column[t < event.time_s], column[(t > event.time_s + 0.15) & (t < end)], column[t > end + 0.15]
 
 
+def assert_on_time(found):
+    """At the end of its road, and by a tenth of a second when the plan says: the others make up for what is missing."""
+    assert found.outcome == "arrived"
+    assert found.errors == 0
+    assert found.journey_time == pytest.approx(found.trajectory.journey_time, abs=0.1)
+    assert found.offset_max < 0.1
+
+
 def test_a_motor_dies_and_comes_back(romo):
-    s = np.linspace(0.0, 60.0, 31)
+    s = np.linspace(0.0, 20.0, 11)
     event = Event(part="motor_2", kind="dead", time_s=1.0, duration_s=1.0)
-    found = drive(straight(60.0, v=np.sqrt(16.0 + 2.4 * s)), romo, events=[event], longest=3.0)
+    found = drive(straight(20.0, v=np.sqrt(16.0 + 2.4 * s)), romo, events=[event])
+    assert_on_time(found)
     before, while_, after = during(found, event, "torque_2_nm")
     assert np.max(np.abs(while_)) < 1.0
     assert np.max(before) > 10.0
@@ -171,9 +180,10 @@ def test_a_motor_dies_and_comes_back(romo):
 
 
 def test_a_weak_motor_gives_its_share_of_the_largest_torque(romo):
-    s = np.linspace(0.0, 60.0, 31)
+    s = np.linspace(0.0, 14.0, 8)
     event = Event(part="motor_1", kind="weak", share=0.1, time_s=0.5, duration_s=1.0)
-    found = drive(straight(60.0, v=np.sqrt(16.0 + 4.0 * s)), romo, events=[event], longest=2.0)
+    found = drive(straight(14.0, v=np.sqrt(16.0 + 4.0 * s)), romo, events=[event])
+    assert_on_time(found)
     before, while_, _ = during(found, event, "torque_1_nm")
     assert np.max(np.abs(while_)) <= 16.0 + 0.5
     assert np.max(np.abs(before)) > 25.0
@@ -184,7 +194,8 @@ def test_dead_brakes_give_nothing_and_weak_ones_less(romo):
     s = np.linspace(0.0, 40.0, 41)
     road = straight(40.0, v=np.interp(s[::2], s, np.sqrt(np.maximum(18.0**2 - 2 * 4.2 * np.maximum(s - 8.0, 0.0), 16.0))))
     events = [Event(part="brake_fl", kind="dead", time_s=0.0), Event(part="brake_rr", kind="weak", share=0.2, time_s=0.0)]
-    found = drive(road, romo, events=events, longest=2.5)
+    found = drive(road, romo, events=events)
+    assert_on_time(found)
     assert np.max(found["clamp_fl_nm"]) < 1e-6
     assert np.max(found["clamp_rr_nm"]) <= 0.2 * 530.0 + 1e-6
     assert np.max(found["clamp_fr_nm"]) > 20.0
@@ -192,7 +203,11 @@ def test_dead_brakes_give_nothing_and_weak_ones_less(romo):
 
 def test_a_stuck_wheel_stays_and_is_let_go(romo):
     event = Event(part="steer_fr", kind="stuck", time_s=0.5, duration_s=1.0)
-    found = drive(arc(radius=-40.0, length=60.0, v=9.0), romo, events=[event], longest=2.5)
+    found = drive(arc(radius=-40.0, length=22.0, v=9.0), romo, events=[event])
+    # slower while the wheel is stuck
+    assert found.outcome == "arrived"
+    assert found.journey_time > found.trajectory.journey_time
+    assert found.offset_max < 0.1
     _, while_, after = during(found, event, "delta_fr_rad")
     assert np.ptp(while_) < 0.003
     assert len(after) > 100
@@ -201,7 +216,8 @@ def test_a_stuck_wheel_stays_and_is_let_go(romo):
 
 def test_friction_changes_and_comes_back(romo):
     event = Event(part="friction", kind="value", share=0.4, station_m=8.0, duration_s=1.0)
-    found = drive(straight(40.0, v=8.0), romo, events=[event], longest=3.0)
+    found = drive(straight(24.0, v=8.0), romo, events=[event])
+    assert_on_time(found)
     t, mu = found["t_s"], found["friction"]
     begin = found.happened[0][0]
     assert begin == pytest.approx(1.0, abs=0.1)
@@ -217,7 +233,8 @@ def test_friction_changes_and_comes_back(romo):
 )
 def test_spoiled_measurements_are_refused_for_their_reason_while_they_last(romo, kind, more, reason):
     event = Event(part="measurement", kind=kind, time_s=0.5, duration_s=0.08, **more)
-    found = drive(straight(40.0, v=8.0), romo, events=[event], longest=1.5)
+    found = drive(straight(12.0, v=8.0), romo, events=[event])
+    assert_on_time(found)
     others = {name: count for name, count in found.refused.items() if name != reason}
     assert found.refused[reason] == pytest.approx(20, abs=2)
     assert sum(others.values()) == 0
