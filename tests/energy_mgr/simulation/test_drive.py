@@ -8,7 +8,7 @@ import pytest
 
 from energy_mgr import PlanningError, Trajectory
 from energy_mgr.manager import EnergyManager
-from energy_mgr.simulation import Event, read_events, simulate
+from energy_mgr.simulation import Event, simulate
 from powertrain import VehicleError
 from tests.energy_mgr.following.rig import arc, circle, straight, there_and_stop
 
@@ -95,16 +95,6 @@ def test_the_same_seed_gives_the_same_log_and_another_seed_another(romo):
         if name != "step_time_s":
             assert np.array_equal(column, same.columns[name], equal_nan=True), name
     assert not np.array_equal(one.columns["torque_cmd_1_nm"], other.columns["torque_cmd_1_nm"])
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_real_sensors_keep_the_car_within_half_a_metre(romo, seed):
-    """RMS as wide as a receiver's noise lets it be, never farther than half a metre."""
-    found = drive(arc(radius=60.0, length=70.0, v=9.0), romo, sensors="real", seed=seed)
-    assert found.outcome == "arrived"
-    assert found.errors == 0
-    assert found.offset_max < 0.5
-    assert sum(found.refused.values()) < 0.02 * len(found.step_time)
 
 
 def test_a_lap_of_a_closed_track_ends_after_one_lap(romo):
@@ -241,20 +231,6 @@ def test_spoiled_measurements_are_refused_for_their_reason_while_they_last(romo,
     assert found.statuses["rejected"] == found.refused[reason]
     assert found.offset_max < 0.1
     assert found.errors == 0
-
-
-def test_events_come_from_a_file(tmp_path):
-    file = tmp_path / "events.toml"
-    file.write_text('[[event]]\nstation_m = 850.0\npart = "steer_fl"\nkind = "stuck"\nduration_s = 2.0\n')
-    assert read_events(file) == (Event(part="steer_fl", kind="stuck", station_m=850.0, duration_s=2.0),)
-    unknown = '[[event]]\npart="a"\nkind="dead"\ncolour=1\n'
-    for text in ("[[event]]\npart = 1\n", 'event = "x"\n', '[[event]]\npart = "a"\nkind = "bent"\n', "[[event]]\npart", unknown):
-        file.write_text(text)
-        with pytest.raises(VehicleError, match=r"events\.toml") as caught:
-            read_events(file)
-        assert "\n" not in str(caught.value)
-    with pytest.raises(VehicleError, match=r"missing\.toml"):
-        read_events(tmp_path / "missing.toml")
 
 
 @pytest.mark.parametrize(
