@@ -112,13 +112,16 @@ FAULTS = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("part", "kind"), FAULTS)
-def test_every_single_fault_in_a_bend_of_commute_leaves_the_car_on_the_road(part, kind):
+def test_with_every_single_fault_from_a_bend_of_commute_on_the_car_stays_on_the_road_and_arrives(part, kind):
     lam = e.plans("commute")["both"]
     sharpest = float(lam.s[np.argmax(np.abs(lam.kappa) * lam.v**2 * (lam.v > 8.0))])
-    drive = simulate(lam, e.romo(), events=[Event(part=part, kind=kind, station_m=sharpest)], longest=60.0)
+    drive = simulate(lam, e.romo(), events=[Event(part=part, kind=kind, station_m=sharpest)])
     assert drive.happened
     assert drive.errors == 0
-    assert drive.outcome in ("late", "stopped", "arrived")  # `late`: the time was cut short here
+    assert drive.outcome == "arrived"
+    # a dead motor or brake costs no time; with a stuck wheel the car drives at 0.6 of the planned speed
+    slower = lam.journey_time / 0.6 if kind == "stuck" else lam.journey_time
+    assert 0.99 * lam.journey_time < drive.journey_time < 1.01 * slower
     assert drive.offset_max < MARGIN
     named = {"motor": "motor", "brake": "brake", "steer": "steering"}[part.split("_")[0]]
     assert any(named in said for _, said in drive.noticed)

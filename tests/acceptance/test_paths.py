@@ -94,8 +94,14 @@ def test_horizons_of_t32_reach_the_published_shares(published_road: Road):
     for horizon in (100.0, 200.0):
         planner = PathPlanner(published_road, load_vehicle("romo"), extent="road", horizon=horizon, budget_ms=1e3)
         share[horizon] = (lane - receding_path(planner).squared_curvature()) / (lane - whole)
-    assert share[200.0] >= 0.98
-    assert 0.6 <= share[100.0] < share[200.0]
+    # no window gains more than the whole road, but for other knots: 2.5e-4 with 400 m
+    assert max(share.values()) <= 1.0 + 1e-3
+    # ours, deterministic; a step is stitched with curvature here, which the source does not tell of itself: why 100 m reach more than its 61.6 %.
+    # Solvers end within 1e-6 of the cost, so that only a change of method moves these by so much.
+    assert share[100.0] == pytest.approx(0.919, abs=0.01)
+    assert share[200.0] == pytest.approx(0.998, abs=0.001)
+    assert 0.616 < share[100.0] < share[200.0]
+    assert share[200.0] > 0.986
 
 
 def judge(seed: int, *, oracle: bool) -> str:

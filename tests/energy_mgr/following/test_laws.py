@@ -5,6 +5,7 @@ import pytest
 
 from energy_mgr import Trajectory
 from energy_mgr.following import LAWS, Follower, LinearisingGains, LinearisingLaw, PathProjection, PdGains, PdLaw
+from energy_mgr.following.law import Resistances
 from energy_mgr.following.linearising import approach
 from energy_mgr.motion import MotionDemand
 from tests.energy_mgr.following.rig import DT, arc, at_rest, beside, circle, clothoid, drive, straight, there_and_stop
@@ -174,6 +175,29 @@ def test_on_its_path_at_its_speed_the_car_is_asked_for_resistances_alone(romo, l
     assert demand.a_x == pytest.approx((drag + rolling) / mass + 9.81 * math.sin(math.atan(grade)), abs=1e-9)
     assert demand.a_y == pytest.approx(9.81 * math.sin(tilt), abs=1e-9)
     assert demand.yaw_acceleration == pytest.approx(0.0, abs=1e-9)
+
+
+@EVERY
+@pytest.mark.parametrize("a", [1.5, -1.5])
+def test_who_speeds_up_or_brakes_as_planned_is_asked_for_the_spin_of_the_wheels_too(romo, law, a):
+    """Force over mass at the ground is (1 + 4 J / (m R^2)) a and resistances: J = 0.65 kg m^2 on 0.27365 m is 3.4 % of this car."""
+    s = np.linspace(0.0, 60.0, 61)
+    road = Trajectory.along(s, s, 0 * s, 0 * s, 0 * s, np.sqrt(225.0 + 2 * a * (s - 30.0)))
+    # it does what is planned, so that no law has anything to correct
+    demand = Follower(road, romo, law=law).step(beside(road, 30.0)._replace(a_x=a), DT).demand
+    coasting = Follower(straight(60.0, 15.0), romo, law=law).step(beside(straight(60.0, 15.0), 30.0), DT).demand
+    # v^2 is linear in s between stations as in the plan, so that a is exact
+    assert demand.a_x - coasting.a_x == pytest.approx(a * (1 + 4 * 0.65 / 0.27365**2 / 1013.0), abs=1e-6)
+    assert demand[1:] == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_wheels_spin_up_with_the_change_of_their_own_speed_and_not_with_the_acceleration_of_the_car(romo):
+    """Turning at 0.5 rad/s while sliding at -0.4 m/s aside: d v_x/dt = a_x + r v_y is 0.2 m/s^2 less than a_x."""
+    road = straight()
+    car = beside(road, 30.0)._replace(v_y=-0.4, yaw_rate=0.5)
+    at, law = PathProjection(road).update(car, DT), Resistances(romo)
+    gained = law.demand(0.9, 0.0, 0.0, car, at).a_x - law.demand(0.0, 0.0, 0.0, car._replace(yaw_rate=0.0), at).a_x
+    assert gained == pytest.approx(0.9 + 4 * 0.65 / 0.27365**2 / 1013.0 * (0.9 - 0.2), abs=1e-9)
 
 
 # -- standstill ----------------------------------------------------------------------------------------------------------------------

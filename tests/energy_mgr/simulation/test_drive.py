@@ -9,7 +9,7 @@ import pytest
 
 from energy_mgr import PlanningError, Trajectory
 from energy_mgr.manager import EnergyManager
-from energy_mgr.simulation import Event, read_events, simulate
+from energy_mgr.simulation import Event, simulate
 from powertrain import VehicleError
 from tests.energy_mgr.following.rig import arc, circle, straight, there_and_stop
 
@@ -54,9 +54,17 @@ def test_the_columns_are_finite_and_begin_where_the_road_does(short):
 
 
 def test_the_log_agrees_with_the_account(short):
-    """The battery's power in the log over time, in steps of 20 ms, is the terminal energy of the ledger."""
+    """Each mean power of the battery's steps of 20 ms stands in the log for five periods, from the period after the step on."""
     c = short.columns
-    assert float(np.sum(c["battery_power_w"]) * 0.004) == pytest.approx(short.ledger.energy["terminal"], rel=0.01, abs=50.0)
+    power = c["battery_power_w"]
+    assert np.all(power[:5] == 0.0)
+    steps, logged = len(power) // 5, power[5::5]
+    # a step that ends with the drive is in no row any more; the car stands by then, and draws what it did before to 2e-4 J in 27 kJ
+    unlogged = (steps - len(logged)) * power[-1]
+    assert steps - len(logged) in (0, 1)
+    assert 0.02 * (float(np.sum(logged)) + unlogged) == pytest.approx(short.ledger.energy["terminal"], rel=1e-7)
+    # over all rows the same but for its beginning and end: 20 ms of what is drawn there, at most 1 kW
+    assert float(np.sum(power) * 0.004) == pytest.approx(short.ledger.energy["terminal"], abs=20.0)
     # the work of the forces is the change of kinetic energy and the losses, whatever the plan says
     x = c["x_m"]
     assert float(np.trapezoid(c["v_x_mps"], c["t_s"])) == pytest.approx(float(x[-1] - x[0]), abs=0.02)
@@ -87,16 +95,6 @@ def test_the_same_seed_gives_the_same_log_and_another_seed_another(romo):
         if name != "step_time_s":
             assert np.array_equal(column, same.columns[name], equal_nan=True), name
     assert not np.array_equal(one.columns["torque_cmd_1_nm"], other.columns["torque_cmd_1_nm"])
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_real_sensors_keep_the_car_within_half_a_metre(romo, seed):
-    """RMS as wide as a receiver's noise lets it be, never farther than half a metre."""
-    found = drive(arc(radius=60.0, length=70.0, v=9.0), romo, sensors="real", seed=seed)
-    assert found.outcome == "arrived"
-    assert found.errors == 0
-    assert found.offset_max < 0.5
-    assert sum(found.refused.values()) < 0.02 * len(found.step_time)
 
 
 def test_a_lap_of_a_closed_track_ends_after_one_lap(romo):
@@ -149,10 +147,19 @@ def during(found, event, name):
     return column[t < event.time_s], column[(t > event.time_s + 0.15) & (t < end)], column[t > end + 0.15]
 
 
+def assert_on_time(found):
+    """At the end of its road, and by a tenth of a second when the plan says: the others make up for what is missing."""
+    assert found.outcome == "arrived"
+    assert found.errors == 0
+    assert found.journey_time == pytest.approx(found.trajectory.journey_time, abs=0.1)
+    assert found.offset_max < 0.1
+
+
 def test_a_motor_dies_and_comes_back(romo):
-    s = np.linspace(0.0, 60.0, 31)
+    s = np.linspace(0.0, 20.0, 11)
     event = Event(part="motor_2", kind="dead", time_s=1.0, duration_s=1.0)
-    found = drive(straight(60.0, v=np.sqrt(16.0 + 2.4 * s)), romo, events=[event], longest=3.0)
+    found = drive(straight(20.0, v=np.sqrt(16.0 + 2.4 * s)), romo, events=[event])
+    assert_on_time(found)
     before, while_, after = during(found, event, "torque_2_nm")
     assert np.max(np.abs(while_)) < 1.0
     assert np.max(before) > 10.0
@@ -163,9 +170,10 @@ def test_a_motor_dies_and_comes_back(romo):
 
 
 def test_a_weak_motor_gives_its_share_of_the_largest_torque(romo):
-    s = np.linspace(0.0, 60.0, 31)
+    s = np.linspace(0.0, 14.0, 8)
     event = Event(part="motor_1", kind="weak", share=0.1, time_s=0.5, duration_s=1.0)
-    found = drive(straight(60.0, v=np.sqrt(16.0 + 4.0 * s)), romo, events=[event], longest=2.0)
+    found = drive(straight(14.0, v=np.sqrt(16.0 + 4.0 * s)), romo, events=[event])
+    assert_on_time(found)
     before, while_, _ = during(found, event, "torque_1_nm")
     assert np.max(np.abs(while_)) <= 16.0 + 0.5
     assert np.max(np.abs(before)) > 25.0
@@ -176,7 +184,8 @@ def test_dead_brakes_give_nothing_and_weak_ones_less(romo):
     s = np.linspace(0.0, 40.0, 41)
     road = straight(40.0, v=np.interp(s[::2], s, np.sqrt(np.maximum(18.0**2 - 2 * 4.2 * np.maximum(s - 8.0, 0.0), 16.0))))
     events = [Event(part="brake_fl", kind="dead", time_s=0.0), Event(part="brake_rr", kind="weak", share=0.2, time_s=0.0)]
-    found = drive(road, romo, events=events, longest=2.5)
+    found = drive(road, romo, events=events)
+    assert_on_time(found)
     assert np.max(found["clamp_fl_nm"]) < 1e-6
     assert np.max(found["clamp_rr_nm"]) <= 0.2 * 530.0 + 1e-6
     assert np.max(found["clamp_fr_nm"]) > 20.0
@@ -184,7 +193,11 @@ def test_dead_brakes_give_nothing_and_weak_ones_less(romo):
 
 def test_a_stuck_wheel_stays_and_is_let_go(romo):
     event = Event(part="steer_fr", kind="stuck", time_s=0.5, duration_s=1.0)
-    found = drive(arc(radius=-40.0, length=60.0, v=9.0), romo, events=[event], longest=2.5)
+    found = drive(arc(radius=-40.0, length=22.0, v=9.0), romo, events=[event])
+    # slower while the wheel is stuck
+    assert found.outcome == "arrived"
+    assert found.journey_time > found.trajectory.journey_time
+    assert found.offset_max < 0.1
     _, while_, after = during(found, event, "delta_fr_rad")
     assert np.ptp(while_) < 0.003
     assert len(after) > 100
@@ -193,7 +206,8 @@ def test_a_stuck_wheel_stays_and_is_let_go(romo):
 
 def test_friction_changes_and_comes_back(romo):
     event = Event(part="friction", kind="value", share=0.4, station_m=8.0, duration_s=1.0)
-    found = drive(straight(40.0, v=8.0), romo, events=[event], longest=3.0)
+    found = drive(straight(24.0, v=8.0), romo, events=[event])
+    assert_on_time(found)
     t, mu = found["t_s"], found["friction"]
     begin = found.happened[0][0]
     assert begin == pytest.approx(1.0, abs=0.1)
@@ -209,27 +223,14 @@ def test_friction_changes_and_comes_back(romo):
 )
 def test_spoiled_measurements_are_refused_for_their_reason_while_they_last(romo, kind, more, reason):
     event = Event(part="measurement", kind=kind, time_s=0.5, duration_s=0.08, **more)
-    found = drive(straight(40.0, v=8.0), romo, events=[event], longest=1.5)
+    found = drive(straight(12.0, v=8.0), romo, events=[event])
+    assert_on_time(found)
     others = {name: count for name, count in found.refused.items() if name != reason}
     assert found.refused[reason] == pytest.approx(20, abs=2)
     assert sum(others.values()) == 0
     assert found.statuses["rejected"] == found.refused[reason]
     assert found.offset_max < 0.1
     assert found.errors == 0
-
-
-def test_events_come_from_a_file(tmp_path):
-    file = tmp_path / "events.toml"
-    file.write_text('[[event]]\nstation_m = 850.0\npart = "steer_fl"\nkind = "stuck"\nduration_s = 2.0\n')
-    assert read_events(file) == (Event(part="steer_fl", kind="stuck", station_m=850.0, duration_s=2.0),)
-    unknown = '[[event]]\npart="a"\nkind="dead"\ncolour=1\n'
-    for text in ("[[event]]\npart = 1\n", 'event = "x"\n', '[[event]]\npart = "a"\nkind = "bent"\n', "[[event]]\npart", unknown):
-        file.write_text(text)
-        with pytest.raises(VehicleError, match=r"events\.toml") as caught:
-            read_events(file)
-        assert "\n" not in str(caught.value)
-    with pytest.raises(VehicleError, match=r"missing\.toml"):
-        read_events(tmp_path / "missing.toml")
 
 
 @pytest.mark.parametrize(

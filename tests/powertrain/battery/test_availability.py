@@ -90,6 +90,25 @@ def test_the_published_formula_counts_charge_in_ampere_seconds():
     assert up == pytest.approx(-80.0 * voltage(cell, rest(cell, 0.051), 0.0, WARM))
 
 
+def test_the_published_limits_fill_and_empty_the_cell_just_to_the_ends_of_its_window():
+    """(5.7): the charge balance (5.2), (5.3) run over the horizon at the promised current ends where the window does, in both directions.
+
+    k_i = 1.3 and eta = 0.8 are far from one and from each other, so that neither can be missing or on the wrong side of the fraction.
+    """
+    cell, horizon = make("rc", capacity_correction=1.3, coulombic_efficiency=0.8), 30.0
+    soc = {"down": LIMITS.soc_min + 0.005, "up": LIMITS.soc_max - 0.002}
+    for which, start in soc.items():
+        down, up = published_power(cell, rest(cell, start), WARM, horizon)
+        current = float(down if which == "down" else up) / float(voltage(cell, rest(cell, start), 0.0, WARM))
+        # both currents are within the limits of the cell, so that it is the charge that decides
+        assert -LIMITS.charge_max_a < current < LIMITS.discharge_max_a
+        ends = LIMITS.soc_min if which == "down" else LIMITS.soc_max
+        by_hand = start - current * 1.3 * (0.8 if current < 0.0 else 1.0) * horizon / (40.0 * 3600.0)
+        assert by_hand == pytest.approx(ends, abs=1e-12)
+        run = simulate(cell, np.linspace(0.0, horizon, 31), np.full(31, current), WARM, start)
+        assert run.soc[-1] == pytest.approx(ends, abs=1e-9)
+
+
 def test_the_published_formula_promises_more_than_the_voltage_allows():
     """Why ours exists: (5.7) multiplies by the voltage before the load."""
     cell = make("mesc-taps")

@@ -48,6 +48,60 @@ def test_slip_angles_at_the_axles_are_those_of_equation_c4():
     assert rate["beta"] == pytest.approx((side - rolling * np.sin(alpha)) / (1013.0 * moving), rel=1e-3)
 
 
+def magic_side_force(axle: int, alpha: float) -> float:
+    """(C.4) of both wheels of an axle under its static load, with the peak's load degression of 0.3 about a quarter of the weight."""
+    B, C, E = 5.1088547, 2.0280, 0.8903703
+    z = 0.5 * 1013.0 * 9.81 * (1.182, 1.218)[axle] / 2.4 / 2484.4
+    slope = B * alpha
+    return 7247.0 * 1.3 * z / (1.0 + 0.3 * z) * np.sin(C * np.arctan(slope - E * (slope - np.arctan(slope))))
+
+
+def rates_by_newton(x, u) -> dict[str, float]:
+    """Rates of a bicycle in the plane: wheels with velocities of their own, forces turned by the wheels' angles, moments by a cross product."""
+    beta, v, yaw_rate = x[:3]
+    mass, inertia, radius, v_min = 1013.0, 1130.0, 0.27365, MODEL.v_min
+    modified = 0.5 * (v + np.hypot(v, 2.0 * v_min))
+    course = np.array([np.cos(beta), np.sin(beta)])
+    rolling = mass * 9.81 * (0.009 + 0.002811588 * (0.036 * v) + 0.0044906 * (0.036 * v) ** 4)
+    force, moment = np.array([-0.5 * 1.249512 * 0.3 * 1.2323485 * v**2, 0.0]), 0.0
+    for axle, (place, load_share) in enumerate(((1.218, 1.182 / 2.4), (-1.182, 1.218 / 2.4))):
+        delta = u[4 + axle]
+        along, across = np.array([np.cos(delta), np.sin(delta)]), np.array([-np.sin(delta), np.cos(delta)])
+        moves = modified * course + np.array([0.0, place * yaw_rate])
+        alpha = delta - np.arctan2(moves[1], moves[0])
+        wheel = along * ((u[2 * axle] + u[2 * axle + 1]) / radius - load_share * rolling) + across * magic_side_force(axle, alpha)
+        force, moment = force + wheel, moment + place * wheel[1]
+    left = np.array([-course[1], course[0]])
+    return {"beta": force @ left / (mass * modified) - yaw_rate, "v": force @ course / mass, "yaw_rate": moment / inertia}
+
+
+def test_rates_are_those_of_newton_for_every_force_on_both_axles(rng):
+    """(C.1) to (C.6) derived once more with vectors; torques and angles of the axles differ, so that no term can hide behind another."""
+    for _ in range(20):
+        x = [rng.uniform(-0.1, 0.1), rng.uniform(5.0, 25.0), rng.uniform(-0.6, 0.6), rng.uniform(-3.0, 3.0), 1.0, 2.0]
+        u = [*rng.uniform(-120.0, 120.0, 4), *rng.uniform(-0.3, 0.3, 2)]
+        rate = dict(zip(MODEL.states, MODEL.derivative(x, u), strict=True))
+        for name, expected in rates_by_newton(x, u).items():
+            # the same numbers on both sides: rounding alone, of forces of 9 kN that partly cancel
+            assert rate[name] == pytest.approx(expected, rel=1e-9, abs=1e-9), name
+        assert (rate["psi"], rate["x"], rate["y"]) == pytest.approx((x[2], x[1] * np.cos(x[3] + x[0]), x[1] * np.sin(x[3] + x[0])))
+
+
+@pytest.mark.parametrize("axle", [0, 1], ids=["front", "rear"])
+def test_torque_on_a_turned_axle_pulls_along_and_aside_where_its_wheels_point(axle: int):
+    """The difference that 100 N make: cos and sin of the angle; a front axle turns the car to where it points, a rear one away."""
+    x, angles, pull, delta = [0.0, 10.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0], 100.0, 0.2
+    angles[axle] = delta
+    without, torques = MODEL.derivative(x, [0.0] * 4 + angles), [0.0] * 4
+    torques[2 * axle] = pull * ROMO.chassis.wheel_radius_m
+    change = {name: a - b for name, a, b in zip(MODEL.states, MODEL.derivative(x, torques + angles), without, strict=True)}
+    modified = 0.5 * (10.0 + np.hypot(10.0, 2.0 * MODEL.v_min))
+    # resistances and side forces do not depend on torque: rounding is all that is left
+    assert change["v"] == pytest.approx(pull * np.cos(delta) / 1013.0, rel=1e-9)
+    assert change["beta"] == pytest.approx(pull * np.sin(delta) / (1013.0 * modified), rel=1e-9)
+    assert change["yaw_rate"] == pytest.approx((1.218, -1.182)[axle] * pull * np.sin(delta) / 1130.0, rel=1e-9)
+
+
 @pytest.mark.parametrize("torque", [0.0, 3.0, -3.0, 6.0])
 def test_the_car_stands_still_where_rolling_resistance_holds_it(torque: float):
     """4 x 6 Nm are 88 N, a little less than the rolling resistance; turned wheels and side slip do not turn the standing car."""
