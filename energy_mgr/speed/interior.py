@@ -18,9 +18,10 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg.lapack import dpbtrs
 
-from .iterate import Deadline, Direction, Iterate, Solution, State, factored, longest
+from .band import bordered, bordered_convex
+from .forward_backward import friction_braking
+from .iterate import Deadline, Direction, Iterate, Solution, State, longest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -102,7 +103,9 @@ class ChainProgramme:
         x = np.where(self.fixed, self.bound, np.clip(x, _INSIDE * 1e-2 * self.bound, (1.0 - _INSIDE) * self.bound))
         local = np.zeros((self.model.count, 2))
         if self.model.braking:
-            local[:, 1] = 1e-2
+            # what the motors may not recuperate at these speeds, or a battery that takes little, is violated by far without
+            needed = friction_braking(self.model.limits, np.sqrt(2.0 * self.model.energy_scale * x))
+            local[:, 1] = 1e-2 + (0.0 if needed is None else needed / self.model.force_scale)
         rows = self.model.values(self.unknown(x, local)).rows
         local[:, 0] = np.maximum(rows[:, 2], rows[:, 3]) + 1e-2
         values = self.model.values(self.unknown(x, local))
@@ -226,20 +229,14 @@ class ChainProgramme:
             self.jerk.add_curvature(band, rhs, at.x, at.jerk_slack, at.jerk_dual, barrier, self.free)
         rhs[self.fixed] = 0.0
         dense, diagonal, excess = self._dense(at, state, slopes, barrier)
-        factor, shift = factored(band, shift)
-        if factor is None:
+        solved = bordered(band, rhs, dense, diagonal, excess)
+        if solved is None:
+            solved, shift = bordered_convex(band, rhs, dense, diagonal, excess, shift)
+        else:
+            shift = 0.0
+        if solved is None:
             return None, shift
-        solved = dpbtrs(factor, np.column_stack([rhs, dense.T]))[0]
-        if not np.all(np.isfinite(solved)):
-            return None, shift
-        x, multiplier = solved[:, 0], np.zeros(0)
-        if len(dense):
-            schur = dense @ solved[:, 1:] + np.diag(diagonal)
-            try:
-                multiplier = np.linalg.solve(schur, dense @ x + excess)
-            except np.linalg.LinAlgError:
-                return None, shift
-            x = x - solved[:, 1:] @ multiplier
+        x, multiplier = solved
         ends_x = np.column_stack([x[:-1], x[1:]])
         local = np.matmul(inner, (local_rhs - np.matmul(hessian[:, 2:, :2], ends_x[:, :, None])[:, :, 0])[:, :, None])[:, :, 0]
         ring = float(multiplier[-1]) if self.closed else 0.0

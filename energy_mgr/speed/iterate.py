@@ -1,4 +1,4 @@
-"""What the interior-point method for chains passes around: iterates, values, directions; step lengths and the factor of the band."""
+"""What the interior-point method for chains passes around: iterates, values, directions; step lengths."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dpbtrf
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -14,9 +13,6 @@ if TYPE_CHECKING:
     from .interval import Values
 
     Floats = NDArray[np.float64]
-
-#: What is added to the diagonal when the band is not positive definite: first try, growth, last try.
-_SHIFT = 1e-8, 20.0, 1e6
 
 
 class Deadline(NamedTuple):
@@ -92,18 +88,3 @@ def longest(value: Floats, change: Floats, keep: float) -> float:
     if not np.any(shrink):
         return 1.0
     return min(1.0, keep * float(np.min(-value[shrink] / change[shrink])))
-
-
-def factored(band: Floats, shift: float) -> tuple[Floats | None, float]:
-    """Cholesky factor of the band (LAPACK's upper storage), its diagonal raised where it is not positive definite; None if nothing helps."""
-    first, grow, last = _SHIFT
-    scale = np.abs(band[-1]) + 1e-12
-    shift = 0.0 if shift <= first else shift / grow
-    while shift <= last:
-        raised = band.copy()
-        raised[-1] += shift * scale
-        factor, fault = dpbtrf(raised)
-        if fault == 0:
-            return factor, shift
-        shift = max(first, grow * shift)
-    return None, shift

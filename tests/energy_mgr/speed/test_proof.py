@@ -249,11 +249,13 @@ def test_the_gap_is_below_one_percent_with_any_kind_of_limit(extra: str, car: st
         check_gap(hilly(CARS[car], EXTRAS[extra]), factor, most)
 
 
-@pytest.mark.slow
-@pytest.mark.xfail(reason="F11: the method stalls at a residual of 1e-4 where copper loss is next to nothing on a circuit; IPOPT does not")
-def test_a_car_with_hardly_any_copper_loss_is_planned_on_a_circuit():
+@pytest.mark.parametrize("factor", [1.05, 1.3, 2.0])
+def test_a_car_with_hardly_any_copper_loss_is_planned_on_a_circuit(factor: float):
+    """Driving everywhere a little faster is a direction of negative curvature there, which only the deadline forbids (`band`)."""
     limits = hilly(ODD, closed=True)
-    assert eco_profile(limits, 1.3 * fastest_profile(limits).journey_time).gap < 0.1
+    profile = eco_profile(limits, factor * fastest_profile(limits).journey_time)
+    assert profile.status == "solved"
+    assert profile.gap < 0.1
 
 
 @pytest.mark.parametrize("price", [0.0, 300.0, 5000.0, 1e6])
