@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,12 +8,23 @@ import roads
 from roads.gallery.archetypes import ROADS, roundabout
 from roads.gallery.shelf import find
 
+NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
+
+
+def assert_same_file(made: Path, stored: Path):
+    """The same text but for rounding: sines of other processors differ in their last digits."""
+    texts = made.read_text(), stored.read_text()
+    assert NUMBER.sub("#", texts[0]) == NUMBER.sub("#", texts[1])
+    ours, theirs = (np.array(NUMBER.findall(text), dtype=float) for text in texts)
+    # places in m up to some thousand, with which 1e-12 of a heading grows
+    assert np.allclose(ours, theirs, rtol=1e-10, atol=1e-9)
+
 
 @pytest.mark.parametrize("make", ROADS)
 def test_stored_file_is_what_the_builder_makes(make, tmp_path: Path):
     made = make()
     roads.write(made, tmp_path / "again.xodr")
-    assert (tmp_path / "again.xodr").read_text() == find(made.name).read_text()
+    assert_same_file(tmp_path / "again.xodr", find(made.name))
     stored = roads.open_road(made.name)
     s = np.linspace(0.0, made.length, 3001)
     assert np.max(np.hypot(*(made.reference.position(s) - stored.reference.position(s)).T)) < 1e-4
@@ -23,7 +35,7 @@ def test_stored_file_is_what_the_builder_makes(make, tmp_path: Path):
 
 def test_stored_network_is_what_the_builder_makes(tmp_path: Path):
     roundabout().write(tmp_path / "again.xodr")
-    assert (tmp_path / "again.xodr").read_text() == find("roundabout").read_text()
+    assert_same_file(tmp_path / "again.xodr", find("roundabout"))
 
 
 def test_handling_course_closes_smoothly():
