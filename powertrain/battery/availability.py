@@ -215,16 +215,17 @@ class _Case:
             if as_power:
                 i, feasible = current_from_power(cell, state, demand, self.temperature, resistance_scale=self.resistance_scale)
                 broken[4] |= feasible < 0.5
-            u, warming = self._look(state, i)
+            u, _ = self._look(state, i)
             broken[2] |= self._past(u, demand)
             broken[3] |= (i > high) | (i < low)
             broken[5] |= (not self.extrapolate) & ((i > known[1]) | (i < known[0]))
             broken[1] |= (down & (state[0] < p.soc_min)) | (up & (state[0] > p.soc_max))
             if k < _STEPS:
-                joule += steps[k] * warming
                 ahead = advance(cell, state, i, self.temperature, float(steps[k]), filters[k], capacity_scale=self.capacity_scale)
-                between, _ = self._look([a + _BETWEEN * (b - a) for a, b in zip(state, ahead, strict=True)], i)
+                between, warming = self._look([a + _BETWEEN * (b - a) for a, b in zip(state, ahead, strict=True)], i)
                 broken[2] |= np.any(self._past(between, demand), axis=0)
+                # the filters follow the current only gradually: the heat at the beginning of a step is not that of the whole
+                joule += steps[k] * np.mean(np.broadcast_to(warming, between.shape), axis=0)
                 state = ahead
         coldest, hottest = p.temperature_range
         start_bad = not coldest <= self.temperature <= hottest

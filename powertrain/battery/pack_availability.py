@@ -110,8 +110,11 @@ class _Case:
             broken |= self._breaks(inner, each, group, current[:, None, None])
             lowest, sagged = np.minimum(lowest, np.sum(group[:, :, 0], axis=1)), np.minimum(sagged, group)
             if k < len(steps):
-                joule = joule + steps[k] * model.heat(cell, inner, each, temperature, resistance_scale=pack.resistance)
-                inner = advance(cell, inner, each, mean, float(steps[k]), filters[k], capacity_scale=pack.capacity)
+                ahead = advance(cell, inner, each, mean, float(steps[k]), filters[k], capacity_scale=pack.capacity)
+                # the filters follow the current only gradually: the heat of a step is the mean of that at its ends
+                for state in (inner, ahead):
+                    joule = joule + 0.5 * steps[k] * model.heat(cell, state, each, temperature, resistance_scale=pack.resistance)
+                inner = ahead
         coldest, hottest = cell.limits.temperature_range
         outside = (temperature < coldest) | (temperature > hottest)
         outside = outside | (False if self.extrapolate else unknown_temperature(pack.cell, temperature))

@@ -49,3 +49,24 @@ def test_narrowing_beside_the_road_is_refused(street: Road, start: float, end: f
         street.corridor("road").narrowed(Narrowing(start, end, left=1.0))
     with pytest.raises(RoadError, match="expected finite numbers"):
         Narrowing(float("nan"), 1.0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+def test_a_disc_just_touches_the_border_of_a_bend_that_grows_wider(turn: float, side: float):
+    radius, margin, slope = 25.0, 1.0, 0.2
+    s = np.linspace(0.0, 1.5 * radius, 121)
+    points = radius * np.column_stack([np.sin(s / radius), turn * (1.0 - np.cos(s / radius))])
+    wide = 4.0 + slope * (s - 0.75 * radius)
+    road = Road.from_points("bend", points, *((-6.0, wide) if side > 0.0 else (-wide, 6.0)))
+
+    def beside(at: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        around = radius - turn * offset  # from the centre of the bend
+        return np.column_stack([around * np.sin(at / radius), turn * (radius - around * np.cos(at / radius))])
+
+    fine, at = np.linspace(8.0, 30.0, 20_001), np.linspace(13.0, 24.0, 12)
+    border = beside(fine, side * np.interp(fine, s, wide))
+    discs = beside(at, road.corridor("road", margin).offsets(at)[int(side > 0.0)])
+    gap = np.min(np.hypot(*(discs[:, None] - border).transpose(2, 0, 1)), axis=1)
+    # under the disc the border is taken as straight beside the road; the bend is left out of that to second order: 1/25 m * (1 m * 0.2)^2 = 1.6 mm
+    assert np.max(np.abs(gap - margin)) < 3e-3

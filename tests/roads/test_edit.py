@@ -37,6 +37,15 @@ def test_reversed_circuit_keeps_its_start():
     assert np.max(np.hypot(*(back.reference.position(-s) - road.reference.position(s)).T)) < 1e-6
 
 
+def test_limits_of_a_reversed_circuit_cover_the_same_ground():
+    turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    posted = 5.0 + np.arange(24.0)  # all of them different, that of the last stretch leads up to the seam
+    road = roads.Road.from_points("ring", 50.0 * np.column_stack([np.cos(turn), np.sin(turn)]), -3.0, 3.0, closed=True, speed_limit=posted)
+    middles = 0.5 * (road.s + np.append(road.s[1:], road.length))
+    assert np.array_equal(road.speed_limit_at(middles), posted)
+    assert np.array_equal(road.reversed().speed_limit_at(road.length - middles), posted)
+
+
 def test_stretch_is_the_same_road(rural: roads.Road):
     part = rural[500:1700]
     s = np.linspace(0.0, 1200.0, 901)
@@ -93,6 +102,18 @@ def test_joining_roads_of_different_lanes_keeps_each_where_it_is():
     assert not np.isnan(whole.lanes[1].right[0])
     # the edge beside the second road is the second road's
     assert np.interp(one.length + 1.0, whole.s, whole.left) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("widths", [(3.5, 5.0), (5.0, 3.5)])
+def test_at_a_joint_the_road_is_nowhere_wider_than_the_one_that_is_there(widths: tuple[float, float]):
+    lanes = [((1, -width, 0.0), (-1, 0.0, width)) for width in widths]
+    parts = [roads.RoadBuilder("straight", (60.0 * k, 0.0), 0.0).straight(60).build(lanes=own) for k, own in enumerate(lanes)]
+    whole = join(parts)
+    # an edge may change at once only on the wider side of the joint, within a centimetre
+    s = 60.0 + np.linspace(-0.03, 0.03, 121)
+    own = np.where(s < 60.0, *widths)
+    assert np.all(np.interp(s, whole.s, whole.left) <= own + 1e-9)
+    assert np.all(np.interp(s, whole.s, whole.right) >= -own - 1e-9)
 
 
 def test_resampling_keeps_the_line_and_never_raises_a_limit(rural: roads.Road):

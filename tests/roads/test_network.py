@@ -124,6 +124,23 @@ def test_cost_decides_the_way(tmp_path):
         way(lambda s, height, limit: float("nan"))
 
 
+@pytest.mark.parametrize(("first", "last"), [(10.0, 200.0), (200.0, 10.0)])
+def test_the_way_round_is_the_shorter_one_wherever_its_long_lane_lies(first: float, last: float):
+    # from the end of `home` back to its beginning: by `one` and `two`, 210 m, or by `other` and `way`, 220 m
+    lengths = {"home": 200.0, "one": first, "two": last, "other": 110.0, "way": 110.0}
+    after = {"home": ["one", "other"], "one": ["two"], "two": ["home"], "other": ["way"], "way": ["home"]}
+
+    def link(name: str, y: float) -> roads.Link:
+        s = np.linspace(0.0, lengths[name], 11)
+        left, right = (np.column_stack([s, np.full(11, y + side), np.zeros(11)]) for side in (1.75, -1.75))
+        return roads.Link(name, name, "driving", lambda: (left, right), after[name], beside=(name,), against=(False,))
+
+    network = roads.Network("ring", "ring", "made here", {name: link(name, 100.0 * k) for k, name in enumerate(lengths)}, lengths)
+    steps = [step for group in network.steps((150.0, 0.0), (50.0, 0.0)) for step in group]
+    assert [step.link.id for step in steps] == ["home", "one", "two", "home"]
+    assert [(steps[k].start, steps[k].end) for k in (0, -1)] == [pytest.approx((150.0, 200.0)), pytest.approx((0.0, 50.0))]
+
+
 def test_a_cost_that_falls_on_a_ring_is_refused(town: roads.Network):
     with pytest.raises(RoadError, match="falls without end"):
         town.route("west/0/1", "east", cost=lambda s, height, limit: -1.0)

@@ -200,6 +200,21 @@ def test_wheels_spin_up_with_the_change_of_their_own_speed_and_not_with_the_acce
     assert gained == pytest.approx(0.9 + 4 * 0.65 / 0.27365**2 / 1013.0 * (0.9 - 0.2), abs=1e-9)
 
 
+@EVERY
+@pytest.mark.parametrize("e_psi", [-0.9, -0.2, 0.4, 1.3])
+def test_across_a_banked_hill_the_car_holds_its_weight_along_its_own_axes(romo, law, e_psi):
+    grade, tilt = 0.08, 0.06
+    s = np.linspace(0.0, 100.0, 51)
+    level, hill = (Trajectory.along(s, s, 0 * s, 0 * s, 0 * s, np.full(51, 15.0), z=k * grade * s, bank=k * tilt) for k in (0.0, 1.0))
+    car = beside(level, 30.0, 0.3, e_psi)
+    plain, held = (Follower(road, romo, law=law).step(car, DT).demand for road in (level, hill))
+    # the hill is z = grade x + tan(tilt) y; the weight over the mass pulls down along each axis by the rise of that axis
+    climb = np.array([grade, math.tan(tilt)])
+    axes = np.array([[math.cos(e_psi), math.sin(e_psi)], [-math.sin(e_psi), math.cos(e_psi)]])
+    wanted = 9.81 * (axes @ climb) / math.sqrt(1.0 + climb @ climb)
+    assert (held.a_x - plain.a_x, held.a_y - plain.a_y) == pytest.approx(tuple(wanted), abs=1e-9)
+
+
 # -- standstill ----------------------------------------------------------------------------------------------------------------------
 
 

@@ -8,7 +8,7 @@ from energy_mgr.joint.programme import JointProgramme, Point
 from energy_mgr.joint.start import problem_of, speeds_on, variables_of
 from energy_mgr.path import PathOptions, plan_path
 from energy_mgr.speed import SpeedLimits, eco_profile, fastest_profile
-from powertrain import Vehicle, drive_energy
+from powertrain import Vehicle, drive_energy, driving_resistance
 from powertrain.symbolic import ca
 from roads import Road, RoadBuilder
 
@@ -100,6 +100,21 @@ def test_interval_knows_the_circle(romo: Vehicle):
     assert found["gain"] == pytest.approx(0.0, abs=1e-12)
     for name in ("lateral_start", "lateral_after", "lateral_before", "lateral_end"):
         assert found[name] == pytest.approx(speed**2 / radius / romo.limits.lateral_acceleration_max_mps2)
+
+
+def test_each_end_of_an_interval_has_the_force_and_the_power_of_its_own_speed(romo: Vehicle):
+    way, rise, speeds = 4.0, 0.2, (6.0, 9.0)
+    programme, _ = made(bend(), romo, step=12.0)
+    scales = programme.scales
+    # a straight: the constant part of the first derivative alone, one metre of path per metre of road
+    table = np.concatenate([[way, rise], np.zeros(36), np.tile([1.0, 0.0], 3), np.zeros(36)])
+    local = np.array([*np.zeros(6), *(v / scales.speed for v in speeds), 0.0, 0.0])
+    found = dict(zip(OUTPUTS, np.array(interval_function(romo, scales)(local, table)).ravel(), strict=True))
+    gain = (speeds[1] ** 2 - speeds[0] ** 2) / (2.0 * way)
+    for end, v in zip(("start", "end"), speeds, strict=True):
+        force = romo.effective_mass * gain + driving_resistance(romo, v, rise / way)
+        assert found[f"force_{end}"] * scales.force == pytest.approx(force, rel=1e-12)
+        assert found[f"power_{end}"] * scales.power == pytest.approx(force * v, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["bend", "handling"])

@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 
 from energy_mgr.path.certificate import Prover
+from energy_mgr.path.curvature_proof import prove_curvature
+from energy_mgr.path.pieces import Pieces
 from roads import Corridor, Narrowing, PlanarCurve, Road, RoadBuilder
 from roads.border_line import border_lines
 from roads.cubic import PiecewiseCubic, interpolate
@@ -123,6 +125,22 @@ def test_curvature_that_peaks_between_two_breaks_is_bounded():
     corridor = Corridor("wide", RoadBuilder("s").straight(20).build().reference, np.array([0.0, 20.0]), np.full(2, -50.0), np.full(2, 50.0), 0.0)
     assert not Prover(corridor).prove(piece, 0.999 * peak).gentle
     assert Prover(corridor).prove(piece, 1.01 * peak).gentle
+
+
+def test_curvature_that_peaks_where_neither_ends_nor_middle_of_a_piece_lie_is_bounded():
+    # o = 20 (u - 0.0003 u^2 + 0.098 u^3, -0.0172 u^2 - 0.00083 u^3) with u = th / 20, found by search: largest at a quarter of the piece, by four
+    # thousandths more than its ends and its middle show
+    length, rows = 20.0, np.array([[0.098, -0.00083], [-0.0003, -0.0172], [1.0, 0.0], [0.0, 0.0]])
+    u = np.linspace(0.0, 1.0, 100_001)
+    first = rows[2][:, None] + 2.0 * rows[1][:, None] * u + 3.0 * rows[0][:, None] * u**2
+    second = 2.0 * rows[1][:, None] + 6.0 * rows[0][:, None] * u
+    peak = float(np.max(np.abs(first[0] * second[1] - first[1] * second[0]) / np.hypot(*first) ** 3)) / length
+    piece = PiecewiseCubic(np.array([0.0, length]), length * (rows / length ** np.arange(3, -1, -1)[:, None])[:, :, None])
+    parts = Pieces(np.array([0.0]), np.array([length]))
+    assert not prove_curvature(piece, parts, 0.998 * peak)[0]
+    proven, bound, _ = prove_curvature(piece, parts, 1.002 * peak)
+    assert proven
+    assert bound >= peak * (1.0 - 1e-9)  # the peak is that of samples a hundred-thousandth of the piece apart
 
 
 @pytest.mark.parametrize("sag", [2e-2, 1e-4])

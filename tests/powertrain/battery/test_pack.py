@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -77,6 +79,17 @@ def test_a_step_of_the_pack_is_its_derivative(rng):
     ahead = pack.step(state, 50.0, 290.0, 1e-3)
     for new, old, rate in zip(ahead, state, pack.derivative(state, 50.0, 290.0), strict=True):
         assert (new - old) / 1e-3 == pytest.approx(rate, rel=2e-3, abs=1e-7)
+
+
+@pytest.mark.parametrize("shape", [(3, 1), (3, 2)])
+def test_what_is_carried_away_from_a_pack_is_shared_by_its_cells(shape: tuple[int, int]):
+    pack = replace(equal(make("rc"), *shape), thermal_resistance=np.inf)
+    cells, watt, seconds = shape[0] * shape[1], 6.0, 20.0
+    # insulated and without current all heat that leaves is the cooling's
+    cooled = pack.step(pack.rest(0.5, WARM), 0.0, WARM, seconds, cooling=watt)[-1]
+    assert cooled == pytest.approx(np.full(shape, WARM - watt * seconds / (cells * pack.cell.heat_capacity_jpk)), abs=1e-9)
+    rate = pack.derivative(pack.rest(0.5, WARM), 0.0, WARM, cooling=watt)[-1]
+    assert rate * seconds == pytest.approx(cooled - WARM, abs=1e-9)
 
 
 def test_the_thermal_node_comes_to_rest_where_heat_leaves_as_fast_as_it_comes():
