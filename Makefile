@@ -21,7 +21,7 @@ plan: $(VENV)/.installed
 	$(BIN)/energy-mgr plan $(ROAD) $(ARGS) --out out/plan
 
 test: check
-	$(PYTEST) --numprocesses 2 --dist worksteal -m "not slow and not timing"
+	$(PYTEST) --numprocesses 2 --dist loadfile -m "not slow and not timing"
 
 check: $(VENV)/.installed-test
 	$(BIN)/ruff format --check .
