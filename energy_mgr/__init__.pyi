@@ -18,7 +18,7 @@ from .simulation.drive import simulate as simulate
 from .simulation.events import Event as Event
 from .simulation.log import Drive as Drive
 from .speed.horizon import SpeedPlanner as SpeedPlanner
-from .speed.limits import SpeedLimits as SpeedLimits
+from .speed.speed_limits import SpeedLimits as SpeedLimits
 from .speed.methods import plan_speed as plan_speed
 from .speed.result import SpeedProfile as SpeedProfile
 from .speed.rules import DriveRules as DriveRules

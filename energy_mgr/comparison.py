@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from powertrain import KWH
+
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -15,9 +17,6 @@ if TYPE_CHECKING:
 
     from .path import Path
     from .speed import BatteryDrive, SpeedLimits, SpeedProfile
-
-#: Joules in a kilowatt-hour.
-KWH = 3.6e6
 
 
 @dataclass(frozen=True, eq=False)

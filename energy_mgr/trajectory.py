@@ -267,9 +267,10 @@ class Trajectory:
         Raises:
             PlanningError: in one line what is wrong where: file, line, column, found, expected.
         """
-        from .trajectory_files import load
+        from .trajectory_files import read
 
-        return load(path)
+        columns, closed, name = read(path)
+        return cls(**columns, closed=closed, name=name)
 
 
 def _column(values: ArrayLike, name: str, label: str) -> Floats:

@@ -1,6 +1,6 @@
-"""Trajectories as files: CSV, Parquet (optional extra `parquet`), and path tables that `roads.read` takes.
+"""Trajectories as files: CSV, Parquet, and path tables that `roads.read` takes.
 
-A CSV file holds the columns `Trajectory.COLUMNS` in shortest digits that read back bit for bit, with the lines `# name:` and `# closed:` above
+A CSV file holds the columns `LABELS` in shortest digits that read back bit for bit, with the lines `# name:` and `# closed:` above
 them; Parquet holds the same columns and keeps name and flag in its metadata. Both readers take columns in any order and leave further ones
 aside. A file that does not say whether it is closed is closed if its last row goes on as its first one, not from standstill. Columns that say
 the same twice (a and v, t and v, psi and the points) must agree to 0.1 %, so that a table in other units or by other conventions is noticed.
@@ -12,7 +12,7 @@ import importlib
 import json
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -21,7 +21,6 @@ from roads.formats.table import read_table, shown
 from roads.formats.text import read_bytes
 
 from .errors import PlanningError
-from .trajectory import Trajectory
 from .trajectory_check import LABELS, discord, ends_meet, first_fault
 
 if TYPE_CHECKING:
@@ -32,6 +31,34 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+
+class Columns(Protocol):
+    """What is written: a `Trajectory`, or anything with its columns."""
+
+    @property
+    def columns(self) -> dict[str, Floats]:
+        """The arrays by name, in the order of `LABELS`."""
+        ...
+
+    @property
+    def name(self) -> str:
+        """Of the trajectory."""
+        ...
+
+    @property
+    def closed(self) -> bool:
+        """Whether it is a circuit."""
+        ...
+
+
+class Table(NamedTuple):
+    """What was read and agrees with itself: the columns of a `Trajectory`."""
+
+    columns: dict[str, Floats]
+    closed: bool
+    name: str
+
+
 SUFFIXES = (".csv", ".parquet")
 #: The columns of a path table and the attributes they come from.
 PATH_TABLE = {"s_m": "s", "x_m": "x", "y_m": "y", "psi_rad": "psi", "v_mps": "v", "kappa_radpm": "kappa"}
@@ -39,7 +66,7 @@ PATH_TABLE = {"s_m": "s", "x_m": "x", "y_m": "y", "psi_rad": "psi", "v_mps": "v"
 _KEY = b"energy_mgr.trajectory"
 
 
-def save(trajectory: Trajectory, path: str | PathLike[str]) -> None:
+def save(trajectory: Columns, path: str | PathLike[str]) -> None:
     """Write CSV or Parquet, as the suffix says, whole or not at all.
 
     Raises:
@@ -48,8 +75,8 @@ def save(trajectory: Trajectory, path: str | PathLike[str]) -> None:
     (write_csv if _suffix(path) == ".csv" else write_parquet)(trajectory, path)
 
 
-def load(path: str | PathLike[str]) -> Trajectory:
-    """Read CSV or Parquet, as the suffix says.
+def read(path: str | PathLike[str]) -> Table:
+    """Read CSV or Parquet, as the suffix says; `Trajectory.load` makes a trajectory of it.
 
     Raises:
         PlanningError: in one line what is wrong where: file, line, column, found, expected.
@@ -57,17 +84,17 @@ def load(path: str | PathLike[str]) -> Trajectory:
     return (read_csv if _suffix(path) == ".csv" else read_parquet)(path)
 
 
-def write_csv(trajectory: Trajectory, path: str | PathLike[str], *, remarks: bool = True) -> None:
+def write_csv(trajectory: Columns, path: str | PathLike[str], *, remarks: bool = True) -> None:
     """Write a CSV file. Without `remarks` its first line is the header, as some programs want it; name and closed flag are then not kept.
 
     Raises:
         PlanningError: a place that cannot be written to.
     """
     above = _remarks(trajectory) if remarks else ""
-    _write_text(path, above, trajectory.columns, trajectory.COLUMNS)
+    _write_text(path, above, trajectory.columns, tuple(LABELS.values()))
 
 
-def write_path_table(trajectory: Trajectory, path: str | PathLike[str], *, height: bool = False) -> None:
+def write_path_table(trajectory: Columns, path: str | PathLike[str], *, height: bool = False) -> None:
     """Write a path table: s, x, y, psi, v, kappa, which `roads.read` takes as a road about this line (`lane` and `width` given).
 
     Args:
@@ -84,7 +111,7 @@ def write_path_table(trajectory: Trajectory, path: str | PathLike[str], *, heigh
     _write_text(path, _remarks(trajectory), {name: trajectory.columns[name] for name in wanted.values()}, tuple(wanted))
 
 
-def read_csv(path: str | PathLike[str]) -> Trajectory:
+def read_csv(path: str | PathLike[str]) -> Table:
     """Read a CSV file.
 
     Raises:
@@ -104,7 +131,7 @@ def read_csv(path: str | PathLike[str]) -> Trajectory:
     return _made(path, columns, None if word is None else word == "true", table.keys.get("name", ""), table.at)
 
 
-def write_parquet(trajectory: Trajectory, path: str | PathLike[str]) -> None:
+def write_parquet(trajectory: Columns, path: str | PathLike[str]) -> None:
     """Write a Parquet file with check sums.
 
     Raises:
@@ -112,11 +139,11 @@ def write_parquet(trajectory: Trajectory, path: str | PathLike[str]) -> None:
     """
     arrow, parquet = _pyarrow()
     about = {_KEY: json.dumps({"name": trajectory.name, "closed": trajectory.closed}).encode()}
-    table = arrow.table(dict(zip(trajectory.COLUMNS, trajectory.columns.values(), strict=True))).replace_schema_metadata(about)
+    table = arrow.table(dict(zip(tuple(LABELS.values()), trajectory.columns.values(), strict=True))).replace_schema_metadata(about)
     _whole(path, lambda staged: parquet.write_table(table, staged, write_page_checksum=True))
 
 
-def read_parquet(path: str | PathLike[str]) -> Trajectory:
+def read_parquet(path: str | PathLike[str]) -> Table:
     """Read a Parquet file.
 
     Raises:
@@ -136,13 +163,13 @@ def read_parquet(path: str | PathLike[str]) -> Trajectory:
     return _made(path, columns, closed, name, lambda row: f"{path}: row {row}")
 
 
-def _made(path: str | PathLike[str], columns: dict[str, Floats], closed: bool | None, name: str, at: Callable[[int], str]) -> Trajectory:
+def _made(path: str | PathLike[str], columns: dict[str, Floats], closed: bool | None, name: str, at: Callable[[int], str]) -> Table:
     if len(columns["s"]) < 2:
         raise PlanningError(f"{path}: {len(columns['s'])} rows, expected at least 2")
     fault = first_fault(columns, closed=bool(closed)) or discord(columns)
     if fault:
         raise PlanningError(f"{at(fault.row)}: {fault.text}")
-    return Trajectory(**columns, closed=ends_meet(columns) if closed is None else closed, name=name or Path(path).stem)
+    return Table(columns, ends_meet(columns) if closed is None else closed, name or Path(path).stem)
 
 
 def _refuse_columns(where: str, names: list[str]) -> None:
@@ -186,7 +213,7 @@ def _suffix(path: str | PathLike[str]) -> str:
     return suffix
 
 
-def _remarks(trajectory: Trajectory) -> str:
+def _remarks(trajectory: Columns) -> str:
     return f"# name: {trajectory.name}\n# closed: {'true' if trajectory.closed else 'false'}\n"
 
 

@@ -1,4 +1,5 @@
 from .balance import COMPONENTS as COMPONENTS
+from .balance import KWH as KWH
 from .balance import Ledger as Ledger
 from .balance import drive_energy as drive_energy
 from .cycle import CycleLedger as CycleLedger
@@ -6,10 +7,10 @@ from .cycle import drive_cycle as drive_cycle
 from .cycle_charge import ChargeLedger as ChargeLedger
 from .cycle_charge import charge_over_cycle as charge_over_cycle
 from .errors import VehicleError as VehicleError
+from .machine import torque_limits as torque_limits
 from .motor import MotorLosses as MotorLosses
 from .motor import force_limits as force_limits
 from .motor import motor_losses as motor_losses
-from .motor import torque_limits as torque_limits
 from .motor_map import MapFit as MapFit
 from .motor_map import MotorMap as MotorMap
 from .motor_map import read_map as read_map
@@ -31,6 +32,7 @@ from .vehicle import shipped as shipped
 
 __all__ = [
     "COMPONENTS",
+    "KWH",
     "Battery",
     "Body",
     "Brakes",

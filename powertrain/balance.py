@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+#: J
+KWH = 3.6e6
 #: Where energy goes: three resistances, the friction brakes, five losses, and the change of kinetic energy.
 COMPONENTS = ("rolling", "drag", "slope", "brake", "copper", "iron", "inverter", "friction", "gear", "kinetic")
 

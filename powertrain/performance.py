@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .errors import VehicleError
-from .motor import force_limits, motor_losses, torque_limits
+from .machine import torque_limits
+from .motor import force_limits, motor_losses
 from .resistance import driving_resistance
 from .sections import Body
 from .vehicle import GRAVITY, Vehicle

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .motor import machine_losses
+from .machine import machine_losses
 from .sections import Steering
 
 #: Below this sliding speed in m/s the bore torque is smooth in the steering rate; it only rounds off the step at rest.

@@ -50,7 +50,7 @@ class Vehicle(Section, frozen=True, kw_only=True):
             ValueError: with the speed and the torques.
         """
         if self.drive.weakening is not None:
-            from .motor import unreachable
+            from .machine import unreachable
 
             if words := unreachable(self.drive, self.limits.speed_max_mps * self.motor_ratio):
                 raise ValueError(words)

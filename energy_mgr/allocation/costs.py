@@ -12,6 +12,7 @@ import numpy as np
 from powertrain.motor import copper_factor, motor_losses
 from powertrain.steering import Contact, steering_power
 from powertrain.symbolic import ca
+from powertrain.tyre.force import sliding_power
 from powertrain.vehicle import GRAVITY
 
 from ..errors import PlanningError
@@ -69,8 +70,8 @@ def losses(layout: Layout, u: Any, wheels: Sequence[WheelForce], speeds: Sequenc
 
 
 def slip_losses(wheels: Sequence[WheelForce]) -> Any:
-    """Power lost in the contact patches, W."""
-    return sum((wheel.along**2 / wheel.stiffness + wheel.side * np.tan(wheel.alpha)) * wheel.speed for wheel in wheels)
+    """Power lost in the contact patches, W; not cut off at zero, which would take the curvature away where there is no force yet."""
+    return sum(sliding_power(wheel.along, wheel.side, wheel.along / wheel.stiffness, wheel.alpha, wheel.speed) for wheel in wheels)
 
 
 def true_losses(layout: Layout, u: Any, wheels: Sequence[WheelForce], speeds: Sequence[Any]) -> Parabola:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
-from powertrain import drive_energy
+from powertrain import KWH, drive_energy
 
 from ..errors import PlanningError, SolverError
 from ..path import Path, PathOptions, PathReport, Prover, plan_path
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 Start = Literal["sequential", "lane", "short"]
 _STARTS = get_args(Start)
 
-#: Joules in a kilowatt-hour.
-_KWH = 3.6e6
 #: Rounds of solving and proving, and in how many of them intervals may be halved.
 _ROUNDS, _FINER = 8, 3
 #: A joint plan that does not save this fraction of the energy that moves is not worth another path.
@@ -189,7 +187,7 @@ class _Planner:
         except PlanningError as error:
             note = str(error)
         if better is not None and better.energy > sequential.energy - _WORTH * sequential.moved:
-            note = f"the joint path takes {better.energy / _KWH:.6f} kWh, the sequential one {sequential.energy / _KWH:.6f} kWh"
+            note = f"the joint path takes {better.energy / KWH:.6f} kWh, the sequential one {sequential.energy / KWH:.6f} kWh"
             better = None
         best = better or sequential
         return JointPlan(
@@ -197,15 +195,15 @@ class _Planner:
             best.limits,
             best.profile,
             (sequential.path, sequential.profile),
-            best.energy / _KWH,
-            sequential.energy / _KWH,
+            best.energy / KWH,
+            sequential.energy / KWH,
             100.0 * (1.0 - best.energy / sequential.energy) if sequential.energy > 0.0 else None,
             "sequential kept" if better is None else "solved",
             note,
             search.iterations,
             search.rounds,
             1e3 * (time.perf_counter() - began),
-            search.energy / _KWH,
+            search.energy / KWH,
         )
 
 

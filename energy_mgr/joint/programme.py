@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sp
 
-from powertrain.balance import balance
+from powertrain.balance import KWH, balance
 from powertrain.symbolic import ca
 
 from ..errors import SolverError
@@ -157,7 +157,7 @@ class JointProgramme:
         stats: dict[str, Any] = solver.stats()
         energy = (float(answer["f"]) - _LATE * float(answer["x"][-1])) * self.energy_scale
         if report:
-            report(f"joint: IPOPT, {stats['iter_count']} iterations, {energy / 3.6e6:.6f} kWh")
+            report(f"joint: IPOPT, {stats['iter_count']} iterations, {energy / KWH:.6f} kWh")
         if not stats["success"]:
             raise SolverError(f"{self.road.name}: IPOPT ended the joint problem with {stats['return_status']} after {stats['iter_count']} iterations")
         point, value = self._point(np.array(answer["x"]).ravel()), np.array(answer["g"]).ravel()

@@ -9,7 +9,8 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from .cycle_table import KWH
+from powertrain import KWH
+
 from .figure import BASELINE, BORDER, BOUND, KMH, PLAN, STYLE
 
 if TYPE_CHECKING:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from powertrain import KWH
+
 from ..errors import PlanningError
 from .picture import PICTURES, save_picture
 
@@ -16,8 +18,6 @@ if TYPE_CHECKING:
     from powertrain.cycle_charge import ChargeLedger, Shortfall
 
 KMH = 3.6
-#: J
-KWH = 3.6e6
 #: Columns of the file; power and current are those that hold until the next row.
 COLUMNS = ("t_s", "distance_m", "v_mps", "power_w", "current_a", "voltage_v", "soc")
 #: What is in the way, for a person.

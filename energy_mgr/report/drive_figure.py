@@ -10,9 +10,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from powertrain import KWH
 from powertrain.chassis.double_track import WHEELS, DoubleTrack
 
-from ..planning import KWH
 from .drive_table import OUTCOMES, account, event_words, planned_energy, planned_time
 from .figure import BASELINE, BORDER, BOUND, KMH, PLAN, STYLE
 

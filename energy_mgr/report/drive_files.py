@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from powertrain import KWH
+
 from ..errors import PlanningError
-from ..planning import KWH
 from .drive_table import account, planned_energy, planned_time
 
 if TYPE_CHECKING:

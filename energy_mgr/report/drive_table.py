@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from powertrain import drive_energy
-
-from ..planning import KWH
+from powertrain import KWH, drive_energy
 
 if TYPE_CHECKING:
     from ..planning import Plan

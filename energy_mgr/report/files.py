@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from powertrain import KWH
+
 from ..errors import PlanningError
-from ..planning import KWH, saving_percent
+from ..planning import saving_percent
 from ..trajectory_files import write_csv
 
 if TYPE_CHECKING:

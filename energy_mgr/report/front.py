@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from powertrain import KWH
+
 from ..errors import PlanningError
 from .picture import PICTURES, TABLE, save_picture
 
@@ -15,7 +17,6 @@ if TYPE_CHECKING:
 
     from ..speed import Front, SpeedLimits
 
-KWH = 3.6e6
 _COLUMNS = ("time_s", "energy_kwh", "later_percent", "less_percent", "price_w", "gap", "top_speed_mps", "status")
 
 

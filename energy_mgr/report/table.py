@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..planning import KWH, saving_percent
+from powertrain import KWH
+
+from ..planning import saving_percent
 
 if TYPE_CHECKING:
     from ..planning import Plan, Run

@@ -9,7 +9,8 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from powertrain.motor import force_limits, motor_losses, torque_limits
+from powertrain.machine import torque_limits
+from powertrain.motor import force_limits, motor_losses
 from powertrain.motor_map import read_map
 from powertrain.resistance import driving_resistance
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from powertrain import KWH
 from powertrain.battery import load_cell
 from powertrain.cycle import drive_cycle
 from powertrain.performance import acceleration_time, best_point, characteristic_speed, steepest_slope, top_speed, understeer_gradient
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 KMH = 3.6
 #: The cycle that consumption is told for, at most as fast as the car.
 CYCLE = "wltc_3b"
-#: J
-KWH = 3.6e6
 RPM = 30.0 / math.pi
 
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..comparison import KWH
+from powertrain import KWH
+
 from ..errors import PlanningError
 
 if TYPE_CHECKING:
@@ -191,7 +192,8 @@ class Drive:
         """
         from .log_file import write
 
-        return write(self, path)
+        about = {"vehicle": self.vehicle.name, "trajectory": self.trajectory.name, "outcome": self.outcome, **self.options}
+        return write(self.columns, about, path)
 
     def __getitem__(self, name: str) -> Floats:
         """A column.

@@ -11,18 +11,22 @@ from typing import TYPE_CHECKING, Any
 from ..errors import PlanningError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from os import PathLike
 
-    from .log import Drive
+    from numpy.typing import NDArray
 
 
-def write(drive: Drive, path: str | PathLike[str]) -> Path:
-    """As `Drive.save`."""
+def write(columns: Mapping[str, NDArray[Any]], about: Mapping[str, Any], path: str | PathLike[str]) -> Path:
+    """Write columns (n,) and, as metadata, what they are about; whole or not at all.
+
+    Raises:
+        PlanningError: the place cannot be written to.
+    """
     path = Path(path)
     arrow: Any = importlib.import_module("pyarrow")
     parquet: Any = importlib.import_module("pyarrow.parquet")
-    about = {"vehicle": drive.vehicle.name, "trajectory": drive.trajectory.name, "outcome": drive.outcome, **drive.options}
-    table = arrow.table(drive.columns).replace_schema_metadata({b"energy_mgr.drive": json.dumps(about, default=str).encode()})
+    table = arrow.table(dict(columns)).replace_schema_metadata({b"energy_mgr.drive": json.dumps(about, default=str).encode()})
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=".drive-") as folder:

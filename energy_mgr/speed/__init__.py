@@ -5,11 +5,12 @@ from .eco import EcoSolver, eco_profile
 from .forward_backward import fastest_profile, scaled_profile
 from .grip import Grip
 from .horizon import HorizonSpeed, SpeedPlanner
-from .limits import SpeedLimits, Window
+from .limits import Window
 from .methods import METHODS, SpeedMethod, plan_speed
 from .parts import Arrival, BatteryPower, Comfort, FrictionBrakes, Jerk, Lateral, Motors, Posted, SpeedCap, Stop
 from .result import Front, SpeedProfile
 from .rules import DriveRules
+from .speed_limits import SpeedLimits
 
 __all__ = [
     "METHODS",

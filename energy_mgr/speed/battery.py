@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from powertrain import Vehicle
+from powertrain import KWH, Vehicle
 from powertrain.battery import load_cell, states
 from powertrain.battery.availability import available_power, published_power
 from powertrain.cycle_charge import ChargeLedger, charge_over_cycle
@@ -29,7 +29,7 @@ from .result import SpeedProfile
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .limits import SpeedLimits
+    from .speed_limits import SpeedLimits
 
     Floats = NDArray[np.float64]
 
@@ -228,5 +228,5 @@ def _refuse_empty(drive: BatteryDrive, least: float) -> None:
     missing = max(float(rest[1] - rest[0]), 0.0) + ledger.unserved
     raise InfeasibleError(
         f"{limits.name}: the battery ({limits.vehicle.name}, charge {drive.soc[0]:.3f}) is empty at s = {at:.1f} m of {limits.s[-1]:.1f} m even "
-        f"when driven as thriftily as can be: {missing / 3.6e6:.3f} kWh are missing"
+        f"when driven as thriftily as can be: {missing / KWH:.3f} kWh are missing"
     )

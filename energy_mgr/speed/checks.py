@@ -12,7 +12,7 @@ from .jerk import jerk_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .limits import SpeedLimits
+    from .speed_limits import SpeedLimits
 
     Floats = NDArray[np.float64]
 

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from powertrain import drive_energy
-from powertrain.balance import balance
+from powertrain.balance import KWH, balance
 from powertrain.motor import copper_factor, gear_factor, inverter_factor
 from powertrain.resistance import drag_force, rolling_force, slope_force
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from .limits import SpeedLimits
+    from .speed_limits import SpeedLimits
 
     Floats = NDArray[np.float64]
 
@@ -89,7 +89,7 @@ def cone_profile(limits: SpeedLimits, journey_time: float, *, report: Callable[[
         last, (cost, moved) = cost, _energy(limits, v)
         change = abs(last - cost) if _near_power_limit(limits, v) else min(abs(last - cost), programme.model_error(v))
         if report:
-            report(f"speed: cone programme {count}, {cost / 3.6e6:.6f} kWh")
+            report(f"speed: cone programme {count}, {cost / KWH:.6f} kWh")
     if change > _TOLERANCE * moved:
         raise SolverError(f"{limits.name}: the energy still changes by {change:.3g} J after {count} cone programmes")
     if cost > ceiling + 1e-4 * moved:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from .limits import SpeedLimits
+    from .speed_limits import SpeedLimits
 
     Floats = NDArray[np.float64]
 

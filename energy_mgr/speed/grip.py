@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from powertrain import Vehicle
 
-    from .limits import SpeedLimits
+    from .parts import AnyLimits
 
     Floats = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class Grip(Everywhere):
 
     friction: float = 1.0
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """See `Part`.
 
         Raises:

@@ -8,26 +8,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
 from powertrain import driving_resistance
 
 from ..errors import InfeasibleError, PlanningError
-from .stations import Ground, ground_along
+from .stations import Ground
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
     from powertrain import Vehicle
-    from roads import Road
 
-    from ..path import Path
     from .forces import ForceLimit
-    from .parts import Part
 
     Floats = NDArray[np.float64]
 
@@ -45,8 +42,8 @@ class Window(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SpeedLimits:
-    """Bounds on speed, acceleration, force and time along a path.
+class Limits:
+    """Bounds on speed, acceleration, force and time along a path; `SpeedLimits` puts them together.
 
     Attributes:
         vehicle: the car.
@@ -77,46 +74,7 @@ class SpeedLimits:
     end_speed: float = 0.0
     scalable: tuple[str, ...] = field(default=("posted", "car"), repr=False)
 
-    @classmethod
-    def along(
-        cls,
-        road: Road,
-        path: Path,
-        vehicle: Vehicle,
-        *,
-        parts: Sequence[Part] | None = None,
-        extra: Sequence[Part] = (),
-        step: float = 2.0,
-        start_speed: float = 0.0,
-        end_speed: float = 0.0,
-    ) -> SpeedLimits:
-        """The limits of `vehicle` on `path` along `road` at stations at most `step` (m) apart.
-
-        Args:
-            road: with posted limits, heights, bank and friction.
-            path: to be driven.
-            vehicle: the car.
-            parts: what bounds the drive; by default road, car, lateral acceleration, comfort and motors (V1).
-            extra: parts beside these.
-            step: m.
-            start_speed: m/s, on open roads.
-            end_speed: m/s, on open roads.
-
-        Raises:
-            PlanningError: a step, speed or part out of range; the limit, the station and by how much.
-        """
-        from .parts import standard_parts
-
-        used = [*(standard_parts() if parts is None else parts), *extra]
-        ground = ground_along(road, path, step, [s for part in used for s in part.stations])
-        count = len(ground.s)
-        free = np.full(count - 1, UNLIMITED)
-        limits = cls(vehicle, road.name, ground, {"car": np.full(count, vehicle.limits.speed_max_mps)}, free, free)
-        for part in used:
-            limits = part.added(limits)
-        return replace(limits, start_speed=start_speed, end_speed=end_speed).checked()
-
-    def checked(self) -> SpeedLimits:
+    def checked(self) -> Self:
         """These limits, if they make sense.
 
         Raises:
@@ -215,7 +173,7 @@ class SpeedLimits:
                 force = np.minimum(force, most + (brake if limit.of == "motors" else 0.0))
         return (force - sign * self.resistance(v, sign)) / self.vehicle.effective_mass
 
-    def stretch(self, s: float, last: int, start_speed: float, end_speed: float, t: float = 0.0) -> SpeedLimits:
+    def stretch(self, s: float, last: int, start_speed: float, end_speed: float, t: float = 0.0) -> Self:
         """The limits from `s` (m) to station number `last`, entered with `start_speed` at `t` (s) and left with `end_speed` (m/s).
 
         The first station is at `s` itself; where the next one is closer than a quarter of its interval, it is left out and the one after it takes
@@ -239,7 +197,7 @@ class SpeedLimits:
             forces=tuple(_cut(limit, rows) for limit in self.forces), windows=windows, start_speed=start_speed, end_speed=end_speed,
         )  # fmt: skip
 
-    def scaled(self, factor: float) -> SpeedLimits:
+    def scaled(self, factor: float) -> Self:
         """The limits with posted speeds and accelerations times `factor` (V2); bends and given end speeds stay."""
         speeds = {name: bound * factor if name in self.scalable else bound for name, bound in self.speeds.items()}
         slower = replace(self, speeds=speeds, acceleration=self.acceleration * factor, deceleration=self.deceleration * factor)

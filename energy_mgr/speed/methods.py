@@ -12,8 +12,8 @@ from .eco import EcoSolver
 from .forward_backward import fastest_profile, scaled_profile
 
 if TYPE_CHECKING:
-    from .limits import SpeedLimits
     from .result import SpeedProfile
+    from .speed_limits import SpeedLimits
 
 #: Names of the methods. The first two know no energy; the others need an arrival time (`eco` and `dp` also take a price of time).
 SpeedMethod = Literal["forward-backward", "toppra", "eco", "socp", "dp", "nlp"]

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import numpy as np
 
@@ -15,14 +15,20 @@ from powertrain.vehicle import GRAVITY
 
 from ..errors import InfeasibleError, PlanningError
 from . import forces
-from .limits import SpeedLimits, Window
+from .limits import Window
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
+    from .limits import Limits
+
     Floats = NDArray[np.float64]
+
+
+#: A part gives back limits of the kind that it was given.
+AnyLimits = TypeVar("AnyLimits", bound="Limits")
 
 
 class Part(Protocol):
@@ -33,7 +39,7 @@ class Part(Protocol):
         """Stations on the path that must be among those of the limits, m."""
         ...
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """The limits with this bound."""
         ...
 
@@ -57,7 +63,7 @@ class Everywhere:
 class Posted(Everywhere):
     """Limits posted at the road."""
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """See `Part`."""
         ground = limits.ground
         return slower(limits, "posted", ground.least_beside(ground.samples.posted))
@@ -69,7 +75,7 @@ class Lateral(Everywhere):
 
     most: float | None = None
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """See `Part`.
 
         Raises:
@@ -91,7 +97,7 @@ class Comfort(Everywhere):
     acceleration: float | None = None
     deceleration: float | None = None
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """See `Part`."""
         own = limits.vehicle.limits
         up = own.acceleration_max_mps2 if self.acceleration is None else self.acceleration
@@ -105,7 +111,7 @@ class Comfort(Everywhere):
 class Motors(Everywhere):
     """Torque and power of the motors, driving and recuperating."""
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """See `Part`."""
         return forced(limits, *(kind(sign) for kind in (forces.Torque, forces.Power) for sign in (1, -1)))
 
@@ -116,7 +122,7 @@ class FrictionBrakes(Everywhere):
 
     most: float | None = None
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """See `Part`.
 
         Raises:
@@ -141,7 +147,7 @@ class BatteryPower(Everywhere):
     discharge: float | Floats
     charge: float | Floats
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """See `Part`."""
         count, electrics = len(limits.s) - 1, limits.vehicle.electrics
         auxiliary = 0.0 if electrics is None else float(converter_input(electrics, electrics.auxiliary_w))
@@ -164,7 +170,7 @@ class Jerk(Everywhere):
 
     most: float = 1.0
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """See `Part`.
 
         Raises:
@@ -187,7 +193,7 @@ class Stop:
         """The line, and places beside it: between two stations speed is zero at one of them at most."""
         return (self.s,)
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """See `Part`."""
         bound = np.full(len(limits.s), np.inf)
         bound[int(np.argmin(np.abs(limits.s - self.s)))] = 0.0
@@ -207,7 +213,7 @@ class SpeedCap:
         """Where the bound changes."""
         return [float(s) for s in np.ravel(np.asarray(self.s, dtype=np.float64))]
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """See `Part`.
 
         Raises:
@@ -235,7 +241,7 @@ class Arrival:
         """The station."""
         return (self.s,)
 
-    def added(self, limits: SpeedLimits) -> SpeedLimits:
+    def added(self, limits: AnyLimits) -> AnyLimits:
         """See `Part`.
 
         Raises:
@@ -258,13 +264,13 @@ class Arrival:
         return replace(limits, windows=tuple(sorted([*others, Window(self.s, earliest, latest)])))
 
 
-def slower(limits: SpeedLimits, name: str, bound: Floats) -> SpeedLimits:
+def slower(limits: AnyLimits, name: str, bound: Floats) -> AnyLimits:
     """The limits with a further bound on speed (n,), m/s; bounds of one name go together."""
     before = limits.speeds.get(name)
     return replace(limits, speeds={**limits.speeds, name: bound if before is None else np.minimum(before, bound)})
 
 
-def forced(limits: SpeedLimits, *more: forces.ForceLimit) -> SpeedLimits:
+def forced(limits: AnyLimits, *more: forces.ForceLimit) -> AnyLimits:
     """The limits with further bounds on forces."""
     return replace(limits, forces=(*limits.forces, *more))
 
@@ -275,7 +281,7 @@ def positive(what: str, value: float, unit: str) -> None:
         raise PlanningError(f"{what} {value} {unit}, expected more than 0".replace(" ,", ","))
 
 
-def refuse_bank(limits: SpeedLimits, beyond: Floats, words: str, values: Floats) -> None:
+def refuse_bank(limits: Limits, beyond: Floats, words: str, values: Floats) -> None:
     """Raise PlanningError at the sample where `beyond` (m,) is largest, if that is positive; `words` tell the value there."""
     if np.any(beyond > 0.0):
         at = int(np.argmax(beyond))

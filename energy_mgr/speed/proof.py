@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from .interior import ChainProgramme
     from .iterate import Iterate
-    from .limits import SpeedLimits
+    from .speed_limits import SpeedLimits
 
     Floats = NDArray[np.float64]
 

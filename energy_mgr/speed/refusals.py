@@ -11,7 +11,7 @@ from ..errors import InfeasibleError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .limits import SpeedLimits
+    from .speed_limits import SpeedLimits
 
     Floats = NDArray[np.float64]
 

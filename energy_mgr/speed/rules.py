@@ -9,8 +9,9 @@ import numpy as np
 
 from ..errors import PlanningError
 from .grip import Grip
-from .limits import SpeedLimits, Window
+from .limits import Window
 from .parts import Arrival, FrictionBrakes, Jerk, Part, Stop
+from .speed_limits import SpeedLimits
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

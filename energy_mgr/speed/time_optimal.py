@@ -24,7 +24,7 @@ from .result import SpeedProfile
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .limits import SpeedLimits
+    from .speed_limits import SpeedLimits
 
     Floats = NDArray[np.float64]
 

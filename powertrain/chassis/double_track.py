@@ -17,7 +17,7 @@ import numpy as np
 
 from ..brake import brake_torque, hold_rate
 from ..errors import VehicleError
-from ..motor import torque_limits
+from ..machine import torque_limits
 from ..resistance import drag_force, rolling_coefficient
 from ..sections import Body, Brakes, Steering
 from ..vehicle import GRAVITY, Vehicle

@@ -61,6 +61,11 @@ class Tyre(Protocol):
         ...
 
 
+def sliding_power(longitudinal: Any, lateral: Any, kappa: Any, alpha: Any, speed: Any) -> Any:
+    """What forces in a contact patch do against its sliding, W: `(F_x kappa + F_y tan(alpha)) |v_x|`; see `slip_power`, which cuts it off at zero."""
+    return (longitudinal * kappa + lateral * np.tan(alpha)) * speed
+
+
 def slip_power(forces: TyreForces, kappa: Any, alpha: Any, speed: Any) -> Any:
     """Power that a tyre loses by sliding in its contact patch, W, not negative.
 
@@ -75,7 +80,7 @@ def slip_power(forces: TyreForces, kappa: Any, alpha: Any, speed: Any) -> Any:
         alpha: side slip angle, rad.
         speed: |v_x| of the wheel's centre in the wheel's plane, m/s.
     """
-    return np.maximum((forces.longitudinal * kappa + forces.lateral * np.tan(alpha)) * speed, 0.0)
+    return np.maximum(sliding_power(forces.longitudinal, forces.lateral, kappa, alpha, speed), 0.0)
 
 
 def load_share(load: Any, nominal: float, degression: float) -> Any:

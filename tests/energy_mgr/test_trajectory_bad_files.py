@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from energy_mgr import PlanningError, Trajectory
-from energy_mgr.trajectory_files import load, save
+from energy_mgr.trajectory_files import save
 
 from .test_trajectory_files import ramp
 
@@ -41,7 +41,7 @@ def spoiled(row: int, label: str, word: str) -> str:
 def test_a_bad_value_is_named_with_line_and_column(row: int, label: str, word: str, words: str, tmp_path: Path):
     (tmp_path / "bad.csv").write_text(spoiled(row, label, word))
     with pytest.raises(PlanningError, match=r"bad\.csv" + words) as caught:
-        load(tmp_path / "bad.csv")
+        Trajectory.load(tmp_path / "bad.csv")
     assert "\n" not in str(caught.value)
 
 
@@ -50,7 +50,7 @@ def test_standstill_at_neighbours_is_named_with_its_line(tmp_path: Path):
     lines[8] = spoiled(7, "v_mps", "0").splitlines()[8]
     (tmp_path / "bad.csv").write_text("\n".join(["# name: jam", *lines]))
     with pytest.raises(PlanningError, match=r"bad\.csv:10: v_mps is 0, expected a speed"):
-        load(tmp_path / "bad.csv")
+        Trajectory.load(tmp_path / "bad.csv")
 
 
 @pytest.mark.parametrize("label", Trajectory.COLUMNS)
@@ -62,7 +62,7 @@ def test_a_missing_column_is_named(label: str, suffix: str, tmp_path: Path):
     else:
         pq.write_table(pa.table(columns), tmp_path / "bad.parquet")
     with pytest.raises(PlanningError, match=rf"bad\{suffix}\S* no column {label} among .*, expected one each of s_m, "):
-        load(tmp_path / f"bad{suffix}")
+        Trajectory.load(tmp_path / f"bad{suffix}")
 
 
 @pytest.mark.parametrize(
@@ -81,14 +81,14 @@ def test_a_missing_column_is_named(label: str, suffix: str, tmp_path: Path):
 def test_files_that_are_no_table_are_refused(text: str, words: str, tmp_path: Path):
     (tmp_path / "bad.csv").write_text(text)
     with pytest.raises(PlanningError, match=words):
-        load(tmp_path / "bad.csv")
+        Trajectory.load(tmp_path / "bad.csv")
 
 
 def test_files_that_are_not_there_are_refused(tmp_path: Path):
     (tmp_path / "folder.parquet").mkdir()
     for name, words in {"none.csv": "no such file", "none.parquet": "no such file", "folder.parquet": "is a folder"}.items():
         with pytest.raises(PlanningError, match=words):
-            load(tmp_path / name)
+            Trajectory.load(tmp_path / name)
 
 
 @pytest.mark.parametrize(
@@ -105,7 +105,7 @@ def test_files_that_are_not_there_are_refused(tmp_path: Path):
 def test_bad_values_in_parquet_are_named_with_row_and_column(change: Callable[[dict], dict], words: str, tmp_path: Path):
     pq.write_table(pa.table(change(dict(zip(HEADER, ramp().columns.values(), strict=True)))), tmp_path / "bad.parquet")
     with pytest.raises(PlanningError, match=r"bad\.parquet: " + words):
-        load(tmp_path / "bad.parquet")
+        Trajectory.load(tmp_path / "bad.parquet")
 
 
 @pytest.mark.parametrize("about", [b"", b"[]", b"{}", b'{"closed": 1, "name": "x"}', b'{"closed": true}', b"\xff"])
@@ -113,7 +113,7 @@ def test_bad_metadata_of_ours_is_refused(about: bytes, tmp_path: Path):
     table = pa.table(dict(zip(HEADER, ramp().columns.values(), strict=True))).replace_schema_metadata({b"energy_mgr.trajectory": about})
     pq.write_table(table, tmp_path / "bad.parquet")
     with pytest.raises(PlanningError, match="expected an object with closed"):
-        load(tmp_path / "bad.parquet")
+        Trajectory.load(tmp_path / "bad.parquet")
 
 
 @given(place=st.floats(0, 1), junk=st.binary(min_size=1, max_size=12), kind=st.sampled_from(["put", "replace", "cut"]))
@@ -128,7 +128,7 @@ def test_a_damaged_file_is_refused_in_one_line_or_still_a_trajectory(tmp_path_fa
         rest = {"put": whole[at:], "replace": whole[at + len(junk) :], "cut": b""}[kind]
         file.write_bytes(whole[:at] + junk + rest)
         try:
-            found = load(file)
+            found = Trajectory.load(file)
         except PlanningError as error:
             assert str(error).startswith(str(file))  # noqa: PT017
             assert "\n" not in str(error)  # noqa: PT017
@@ -143,7 +143,7 @@ def test_a_flipped_bit_in_parquet_is_refused_or_without_effect(tmp_path: Path):
     for at in range(0, len(whole), 11):
         (tmp_path / "flipped.parquet").write_bytes(whole[:at] + bytes([whole[at] ^ 4]) + whole[at + 1 :])
         try:
-            assert np.array_equal(load(tmp_path / "flipped.parquet").table(), ramp().table())
+            assert np.array_equal(Trajectory.load(tmp_path / "flipped.parquet").table(), ramp().table())
         except PlanningError:
             refused += 1
     assert refused > 50
@@ -155,7 +155,7 @@ def test_one_wrong_number_is_noticed_or_harmless(tmp_path_factory: pytest.TempPa
     file = tmp_path_factory.getbasetemp() / "wrong.csv"
     file.write_text(spoiled(row, label, repr(value)))
     try:
-        found = load(file)
+        found = Trajectory.load(file)
     except PlanningError as error:
         assert "wrong.csv:" in str(error)  # noqa: PT017
     else:

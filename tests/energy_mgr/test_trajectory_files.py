@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from energy_mgr import PlanningError, Trajectory
-from energy_mgr.trajectory_files import load, read_csv, save, write_csv, write_path_table
+from energy_mgr.trajectory_files import save, write_csv, write_path_table
 from roads import open_road
 
 from .test_trajectory import circle, on_clothoid, straight
@@ -53,7 +53,7 @@ def test_files_hold_any_trajectory(tmp_path_factory: pytest.TempPathFactory, v: 
     folder = tmp_path_factory.getbasetemp()
     for suffix in (".csv", ".parquet"):
         save(trajectory, folder / f"any{suffix}")
-        assert same(load(folder / f"any{suffix}"), trajectory)
+        assert same(Trajectory.load(folder / f"any{suffix}"), trajectory)
 
 
 def test_csv_begins_with_name_and_flag_or_with_the_header(tmp_path: Path):
@@ -71,35 +71,35 @@ def test_csv_begins_with_name_and_flag_or_with_the_header(tmp_path: Path):
 def test_closed_follows_from_the_ends_where_the_file_does_not_say(tmp_path: Path):
     ring = circle()
     write_csv(ring, tmp_path / "ring.csv", remarks=False)
-    assert same(read_csv(tmp_path / "ring.csv"), ring)
+    assert same(Trajectory.load(tmp_path / "ring.csv"), ring)
     write_csv(ramp(), tmp_path / "ramp.csv", remarks=False)
-    assert not read_csv(tmp_path / "ramp.csv").closed
+    assert not Trajectory.load(tmp_path / "ramp.csv").closed
     # one that starts and ends at rest at one place is a drive from and to the garage
     speed = np.minimum(10.0, np.linspace(0.0, 60.0, len(ring.s)))
     speed[-1] = 0.0
     home = Trajectory.along(ring.s, ring.x, ring.y, ring.psi, ring.kappa, speed)
     write_csv(home, tmp_path / "home.csv", remarks=False)
-    assert not read_csv(tmp_path / "home.csv").closed
+    assert not Trajectory.load(tmp_path / "home.csv").closed
 
 
 def test_parquet_of_another_program_is_read_by_its_columns(tmp_path: Path):
     table = pa.table({"note": ["x"] * 21} | dict(zip(reversed(Trajectory.COLUMNS), reversed(list(ramp().columns.values())), strict=True)))
     pq.write_table(table, tmp_path / "other.parquet")
-    found = load(tmp_path / "other.parquet")
+    found = Trajectory.load(tmp_path / "other.parquet")
     assert np.array_equal(found.table(), ramp().table())
     assert (found.name, found.closed) == ("other", False)
 
 
 def test_parquet_in_a_folder_with_an_equals_sign_is_read(tmp_path: Path):
     save(ramp(), tmp_path / "slope=3" / "ramp.parquet")
-    assert same(load(tmp_path / "slope=3" / "ramp.parquet"), ramp())
+    assert same(Trajectory.load(tmp_path / "slope=3" / "ramp.parquet"), ramp())
 
 
 @pytest.mark.parametrize("digits", [6, 9])
 def test_files_with_rounded_numbers_are_taken_and_stay_continuous_in_time(digits: int, tmp_path: Path):
     header = ",".join(Trajectory.COLUMNS)
     np.savetxt(tmp_path / "short.csv", ramp().table(), fmt=f"%.{digits}g", delimiter=",", header=header, comments="")
-    found = load(tmp_path / "short.csv")
+    found = Trajectory.load(tmp_path / "short.csv")
     assert np.allclose(found.table(), ramp().table(), rtol=1e-5, atol=1e-5)
     assert found.at(found.s[1:] - 1e-9).t == pytest.approx(found.t[1:], abs=1e-9)
     t = np.linspace(0.0, found.journey_time, 101)
@@ -175,7 +175,7 @@ def test_places_that_cannot_be_written_to_are_refused(tmp_path: Path):
     assert os.listdir(tmp_path / "new" / "deep") == ["a.csv"]  # noqa: PTH208
 
 
-@pytest.mark.parametrize("what", [lambda path: save(ramp(), path), load])
+@pytest.mark.parametrize("what", [lambda path: save(ramp(), path), Trajectory.load])
 def test_other_suffixes_are_refused(what: Callable[[Path], object], tmp_path: Path):
     with pytest.raises(PlanningError, match=r"unknown kind of trajectory file '\.xlsx', expected one of \.csv, \.parquet"):
         what(tmp_path / "a.xlsx")

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from powertrain import load_vehicle
 from powertrain.brake import brake_torque, hold_rate, stored
-from powertrain.motor import copper_per_torque
+from powertrain.machine import copper_per_torque
 from powertrain.sections import Brakes, Electrics, Steering
 from powertrain.steering import Contact, aligning_torque, bore_torque, steering_power
 from powertrain.supply import backup_flow, converter_input, converter_loss

@@ -7,15 +7,8 @@ import numpy as np
 import pytest
 
 from powertrain import Vehicle, VehicleError, load_vehicle, motor_losses
-from powertrain.motor import (
-    copper_factor,
-    inverter_factor,
-    torque_constant,
-    torque_limits,
-    unreachable,
-    voltage_limited_torque,
-    weakening_current,
-)
+from powertrain.machine import torque_constant, torque_limits, unreachable, voltage_limited_torque, weakening_current
+from powertrain.motor import copper_factor, inverter_factor
 from powertrain.motor_map import MotorMap, read_map
 from powertrain.sections import Drive, Thermal, Weakening
 from powertrain.thermal import continuous_torque, motor_heat, settled_temperature, temperature_after, temperature_rate
