@@ -5,7 +5,7 @@ ARGS ?= --corridor road
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: plan test bench docs gallery clean
+.PHONY: plan test first-hour bench docs gallery clean
 
 plan: $(VENV)/.installed
 	$(BIN)/energy-mgr plan $(ROAD) $(ARGS) --out out/plan
@@ -17,6 +17,10 @@ test: $(VENV)/.installed-test
 	$(BIN)/lint-imports
 	$(BIN)/pytest --numprocesses 2 --dist loadfile
 	$(BIN)/mkdocs build --strict --quiet
+
+# every command and Python block of the documents, and the wheel, in fresh environments of its own
+first-hour:
+	$(PYTHON) -m tests.first_hour
 
 bench: $(VENV)/.installed-bench
 	$(BIN)/python -m benchmarks
