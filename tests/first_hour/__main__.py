@@ -43,7 +43,7 @@ def _all(work: Path) -> int:
     fresh = work / "fresh"
     if set_up(CHECKOUT, fresh, report):
         _own_files(fresh, report)
-        todo = _commands(report)
+        todo = _commands(fresh, report)
         with ThreadPoolExecutor(AT_A_TIME) as pool:
             jobs = [pool.submit(_document, beside(fresh, Path(name).stem), name, todo[name], report) for name in reversed(DOCUMENTS)]
             jobs.append(pool.submit(try_wheel, CHECKOUT, fresh, fresh, report))
@@ -57,18 +57,18 @@ def _own_files(fresh: Path, report: Report) -> None:
     ran = run([".venv/bin/python", str(HERE / "own_files.py"), "."], fresh, users_environment())
     report.tell("tests/first_hour", "python own_files.py", ran.seconds, ran.last_words if ran.code else "")
     for document, language, which, name in SAVED:
-        text = [block.text for block in blocks(CHECKOUT, document) if block.language == language][which]
+        text = [block.text for block in blocks(fresh, document) if block.language == language][which]
         (fresh / name).write_text(text, encoding="utf-8")
 
 
-def _commands(report: Report) -> dict[str, list[Command]]:
+def _commands(fresh: Path, report: Report) -> dict[str, list[Command]]:
     """What to run for each document: each command once, where it stands first; what is not run is told."""
     seen = {FIRST: "before all others"}
     used = set()
     todo: dict[str, list[Command]] = {}
     for document in DOCUMENTS:
         todo[document] = []
-        for command in commands(CHECKOUT, document):
+        for command in commands(fresh, document):
             where = f"{document}:{command.line}"
             if command.name in LEFT_OUT:
                 used.add(command.name)
@@ -90,7 +90,7 @@ def _document(place: Path, document: str, todo: list[Command], report: Report) -
         ran = run(command.text, place, environment)
         lost = [f"not written: {name}" for name in command.written if not (place / name).exists()]
         report.tell(f"{document}:{command.line}", command.text, ran.seconds, ran.last_words if ran.code else "\n".join(lost))
-    _python(place, [block for block in blocks(CHECKOUT, document) if block.language == "python"], environment, report)
+    _python(place, [block for block in blocks(place, document) if block.language == "python"], environment, report)
 
 
 def _python(place: Path, todo: list[Block], environment: dict[str, str], report: Report) -> None:

@@ -62,14 +62,19 @@ class Command:
 
 
 def blocks(checkout: Path, document: str) -> list[Block]:
-    """All fenced blocks in order.
+    """All fenced blocks of a document in order, as `blocks_of`."""
+    return blocks_of((checkout / document).read_text(encoding="utf-8"), document)
+
+
+def blocks_of(text: str, document: str) -> list[Block]:
+    """All fenced blocks of a text in order.
 
     Raises:
         ValueError: a fence that is not closed.
     """
     found: list[Block] = []
     section, language, start, kept = "", None, 0, []
-    for number, line in enumerate((checkout / document).read_text(encoding="utf-8").splitlines(), start=1):
+    for number, line in enumerate(text.splitlines(), start=1):
         fence = _FENCE.match(line)
         if language is None:
             if fence:
