@@ -40,7 +40,7 @@ def _missing(checkout: Path, fresh: Path, printed: str) -> str:
 
 def alike(line: str, other: str) -> bool:
     """The same words in two lines, and nearly the same numbers."""
-    if _NUMBER.sub("", line).split() != _NUMBER.sub("", other).split():
+    if _NUMBER.sub("#", line).split() != _NUMBER.sub("#", other).split():
         return False
     pairs = zip(map(float, _NUMBER.findall(line)), map(float, _NUMBER.findall(other)), strict=True)
     return all(abs(a - b) <= max(_SHARE * abs(a), _LEAST) for a, b in pairs)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 import time
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from pathlib import Path
 
 #: What a shell of the developer may have set and a user's has not. PIP_* stays: it says where packages come from.
 _NOT_A_USERS = ("VIRTUAL_ENV", "CONDA_PREFIX", "ENERGY_MGR_DATA", "MPLBACKEND", "MAKEFLAGS", "MAKELEVEL", "MFLAGS")
-#: No command of the documents takes a tenth of this, s.
+#: No command of the documents takes a tenth of this on a quiet machine, s.
 PATIENCE = 600.0
 
 
@@ -48,22 +49,25 @@ def users_environment(*ahead: Path) -> dict[str, str]:
 def run(command: str | list[str], place: Path, environment: dict[str, str]) -> Ran:
     """Run a line of shell, or a program with arguments, in a folder; a program that does not end in time has exit code 124."""
     start = time.monotonic()
+    program = subprocess.Popen(
+        command,
+        shell=isinstance(command, str),
+        cwd=place,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+        errors="replace",
+        start_new_session=True,  # so that what the shell started ends with it
+    )
     try:
-        done = subprocess.run(
-            command,
-            shell=isinstance(command, str),
-            cwd=place,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",
-            timeout=PATIENCE,
-            check=False,
-        )
+        out, error = program.communicate(timeout=PATIENCE)
     except subprocess.TimeoutExpired:
-        return Ran(124, "", f"not done after {PATIENCE:g} s", time.monotonic() - start)
-    return Ran(done.returncode, done.stdout, done.stderr, time.monotonic() - start)
+        os.killpg(program.pid, signal.SIGKILL)
+        out, error = program.communicate()
+        return Ran(124, out, f"{error}\nnot done after {PATIENCE:g} s", time.monotonic() - start)
+    return Ran(program.returncode, out, error, time.monotonic() - start)
 
 
 def tracked(checkout: Path) -> list[str]:
