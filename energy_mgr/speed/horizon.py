@@ -40,6 +40,8 @@ _CONCEIVABLE = 200.0
 _CREEP = 0.3
 #: Barrier from which the last solution is taken up, tolerances of a step: complementarity over the energy that moves.
 _WARM, _GAP, _TOLERANCE = 1e-4, 1e-5, 1e-7
+#: A search with this residual (scaled, of stationarity) is on its way to nowhere.
+_RUN_AWAY = 1e3
 #: Shortest stretch that is planned, intervals.
 _LEAST = 4
 
@@ -95,7 +97,8 @@ class SpeedPlanner:
                 raise InfeasibleError(f"{limits.name}: the battery of {limits.vehicle.name} gives no power at charge {soc:g}")
             limits = BatteryPower(*powers).added(limits)
         self.limits, self.journey_time, self._horizon, self._budget = limits, journey_time, horizon, budget
-        solver = EcoSolver(limits)
+        # the steps' model has all bounds on force, since the battery's change; the journey's solution is where the first step starts
+        solver = EcoSolver(limits, every=soc is not None)
         self.plan, solution = solver.arriving_from(journey_time, None)
         self.rejected = 0
         self._fastest = np.sqrt(2.0 * fastest_energy(limits))
@@ -194,8 +197,9 @@ class SpeedPlanner:
         if not found.solved and self._warm is not None and perf_counter() < until:
             start = programme.start(0.5 * (least / allowed) ** 2 * fastest**2 / model.energy_scale)
             found = programme.solve(start, tolerance=_TOLERANCE, gap=_GAP, until=until)
-        # what was reached within the budget is where the next step goes on
-        self._warm = cut.s, found.iterate
+        # what was reached within the budget is where the next step goes on, unless it ran away
+        if found.solved or found.residual < _RUN_AWAY:
+            self._warm = cut.s, found.iterate
         if not found.solved:
             raise SolverError(f"{cut.name}: no speed profile within the budget")
         return np.sqrt(2.0 * np.clip(found.iterate.x * model.energy_scale, 0.0, cut.energy_max))
