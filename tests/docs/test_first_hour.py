@@ -13,6 +13,7 @@ import pytest
 from tests.first_hour import run_blocks
 from tests.first_hour.documents import blocks_of, commands
 from tests.first_hour.first import alike
+from tests.first_hour.left_out import lacking
 from tests.first_hour.outcome import Report
 from tests.first_hour.place import run, users_environment
 from tests.first_hour.wheel import complaints
@@ -96,6 +97,13 @@ def test_one_failure_is_told_and_makes_the_exit_code(capsys: pytest.CaptureFixtu
     said = capsys.readouterr().out
     assert "    why" in said
     assert said.endswith("1 passed, 1 failed\n")
+
+
+def test_what_needs_a_program_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert lacking("machine.compile_c()") == "a C compiler"
+    assert lacking("energy-mgr simulate commute --animate mp4") == "ffmpeg"
+    assert lacking("energy-mgr simulate commute --animate gif") == ""
 
 
 def test_a_users_environment_has_nothing_of_the_developers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):

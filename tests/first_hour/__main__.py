@@ -12,7 +12,7 @@ from pathlib import Path
 
 from .documents import Block, Command, blocks, commands
 from .first import set_up
-from .left_out import FIRST, LEFT_OUT
+from .left_out import FIRST, LEFT_OUT, lacking
 from .outcome import Report
 from .place import beside, run, users_environment
 from .wheel import try_wheel
@@ -73,6 +73,8 @@ def _commands(fresh: Path, report: Report) -> dict[str, list[Command]]:
             if command.name in LEFT_OUT:
                 used.add(command.name)
                 report.note(where, command.text, LEFT_OUT[command.name])
+            elif need := lacking(command.text):
+                report.note(where, command.text, f"needs {need}")
             elif command.name in seen:
                 report.note(where, command.text, f"was run, {seen[command.name]}")
             else:
@@ -90,7 +92,11 @@ def _document(place: Path, document: str, todo: list[Command], report: Report) -
         ran = run(command.text, place, environment)
         lost = [f"not written: {name}" for name in command.written if not (place / name).exists()]
         report.tell(f"{document}:{command.line}", command.text, ran.seconds, ran.last_words if ran.code else "\n".join(lost))
-    _python(place, [block for block in blocks(place, document) if block.language == "python"], environment, report)
+    shown = [block for block in blocks(place, document) if block.language == "python"]
+    for block in shown:
+        if need := lacking(block.text):
+            report.note(f"{document}:{block.line}", "python", f"needs {need}")
+    _python(place, [block for block in shown if not lacking(block.text)], environment, report)
 
 
 def _python(place: Path, todo: list[Block], environment: dict[str, str], report: Report) -> None:

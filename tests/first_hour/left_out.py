@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+
 #: Run before all others, in the fresh copy.
 FIRST = "make plan"
 
@@ -11,3 +13,14 @@ LEFT_OUT = {
     "make bench": "minutes of measuring, which need a quiet machine",
     "energy-mgr plan": "the name of the command, not a call",
 }
+
+#: What a command or block calls, what that needs, and the programs of which one will do. Where none is there it is not run, and told so.
+NEEDS = (
+    (".compile_c()", "a C compiler", ("cc", "gcc", "clang")),
+    ("--animate mp4", "ffmpeg", ("ffmpeg",)),
+)
+
+
+def lacking(text: str) -> str:
+    """What a command or block needs that is not on this machine; empty if nothing is missing."""
+    return ", ".join(name for call, name, programs in NEEDS if call in text and not any(map(shutil.which, programs)))
