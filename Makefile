@@ -35,6 +35,7 @@ experiments: $(VENV)/.installed-test
 	$(PYTEST) --numprocesses 2 --dist loadfile -m "slow and not timing"
 	$(PYTEST) -m timing
 
+# every command and Python block of the documents, and the wheel, in fresh environments of its own
 first-hour:
 	$(PYTHON) -m tests.first_hour
 

@@ -81,9 +81,15 @@ def eco_profile(
 
 @dataclass(frozen=True, eq=False)
 class EcoSolver:
-    """Least-energy profiles within the same limits; each solution is the start of the next."""
+    """Least-energy profiles within the same limits; each solution is the start of the next.
+
+    Attributes:
+        limits: that all of them keep.
+        every: with bounds on force that cannot bind now, for programmes that go on from here with other bounds.
+    """
 
     limits: SpeedLimits
+    every: bool = False
 
     @cached_property
     def fastest(self) -> SpeedProfile:
@@ -92,7 +98,7 @@ class EcoSolver:
 
     @cached_property
     def _model(self) -> IntervalModel:
-        return IntervalModel(self.limits)
+        return IntervalModel(self.limits, every=self.every)
 
     @cached_property
     def _jerk(self) -> JerkModel | None:

@@ -40,6 +40,10 @@ _CONCEIVABLE = 200.0
 _CREEP = 0.3
 #: Barrier from which the last solution is taken up, tolerances of a step: complementarity over the energy that moves.
 _WARM, _GAP, _TOLERANCE = 1e-4, 1e-5, 1e-7
+#: A search with this residual (scaled, of stationarity) is on its way to nowhere.
+_RUN_AWAY = 1e3
+#: Acceleration between the ends of a stretch and the profile that a search starts from, m/s^2.
+_GENTLE = 1.0
 #: Shortest stretch that is planned, intervals.
 _LEAST = 4
 
@@ -95,7 +99,8 @@ class SpeedPlanner:
                 raise InfeasibleError(f"{limits.name}: the battery of {limits.vehicle.name} gives no power at charge {soc:g}")
             limits = BatteryPower(*powers).added(limits)
         self.limits, self.journey_time, self._horizon, self._budget = limits, journey_time, horizon, budget
-        solver = EcoSolver(limits)
+        # the steps' model has all bounds on force, since the battery's change; the journey's solution is where the first step starts
+        solver = EcoSolver(limits, every=soc is not None)
         self.plan, solution = solver.arriving_from(journey_time, None)
         self.rejected = 0
         self._fastest = np.sqrt(2.0 * fastest_energy(limits))
@@ -187,15 +192,16 @@ class SpeedPlanner:
         fixed[[0, -1]] = True
         jerk = JerkModel(cut, model.energy_scale) if np.isfinite(cut.jerk) else None
         programme = ChainProgramme(model, bound, fixed, [Deadline(model.count, allowed, 1), *_open_windows(cut, fastest)], jerk=jerk)
-        start = programme.start(min((least / allowed) ** 2, 0.98) * 0.5 * fastest**2 / model.energy_scale)
+        start = programme.start(_slower(cut, fastest, min((least / allowed) ** 2, 0.98)) / model.energy_scale)
         if self._warm is not None:
             start = programme.again(_moved(self._warm, cut.s), _WARM)
         found = programme.solve(start, tolerance=_TOLERANCE, gap=_GAP, until=until)
         if not found.solved and self._warm is not None and perf_counter() < until:
-            start = programme.start(0.5 * (least / allowed) ** 2 * fastest**2 / model.energy_scale)
+            start = programme.start(_slower(cut, fastest, (least / allowed) ** 2) / model.energy_scale)
             found = programme.solve(start, tolerance=_TOLERANCE, gap=_GAP, until=until)
-        # what was reached within the budget is where the next step goes on
-        self._warm = cut.s, found.iterate
+        # what was reached within the budget is where the next step goes on, unless it ran away
+        if found.solved or found.residual < _RUN_AWAY:
+            self._warm = cut.s, found.iterate
         if not found.solved:
             raise SolverError(f"{cut.name}: no speed profile within the budget")
         return np.sqrt(2.0 * np.clip(found.iterate.x * model.energy_scale, 0.0, cut.energy_max))
@@ -209,6 +215,16 @@ class SpeedPlanner:
         down = limits.deceleration[max(first - 1, 0) :][: len(stations) - 1]
         fall = np.append(0.0, np.cumsum(2.0 * down * np.diff(stations)))
         return HorizonSpeed(stations, np.maximum(bound, np.sqrt(np.maximum(v**2 - fall, 0.0))), "braking", lateness, 0.0)
+
+
+def _slower(cut: SpeedLimits, fastest: Floats, share: float) -> Floats:
+    """A share of the fastest v^2/2, joined to both ends gently: a jump there would brake beyond where a battery takes the most, and a search that
+    begins there is caught on the wrong side.
+    """
+    most, energy = cut.energy_max, share * 0.5 * fastest**2
+    for end, way in ((most[0], cut.s - cut.s[0]), (most[-1], cut.s[-1] - cut.s)):
+        energy = np.clip(energy, end - _GENTLE * way, end + _GENTLE * way)
+    return np.minimum(energy, most)
 
 
 def _open_windows(cut: SpeedLimits, fastest: Floats) -> list[Deadline]:

@@ -162,6 +162,7 @@ def test_one_wrong_number_is_noticed_or_harmless(tmp_path_factory: pytest.TempPa
         # what the others do not say too may be anything finite; what they do must agree with them
         was = ramp().columns[{key: name for name, key in zip(ramp().columns, HEADER, strict=True)}[label]][row]
         free = {"z_m", "power_w", "jerk_mps3", "slope", "bank_rad"}
-        assert label in free or abs(value - was) < 1.0
+        # the last row's acceleration would hold until a next station, and there is none
+        assert label in free or (label, row) == ("a_mps2", 20) or abs(value - was) < 1.0
         t = np.linspace(found.t[0], found.t[-1], 50)
         assert np.all(np.isfinite(found.at(found.at_time(t)).kappa))

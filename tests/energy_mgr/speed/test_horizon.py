@@ -124,6 +124,21 @@ def test_a_battery_that_runs_low_bounds_the_next_kilometre(commute: SpeedLimits)
     assert np.max(np.diff(low.v[:40] ** 2)) < 0.5 * np.max(np.diff(full.v[:40] ** 2))
 
 
+@pytest.mark.parametrize("cold", [False, True])
+@pytest.mark.parametrize("share", [1.05, 1.2, 1.5])
+def test_steps_with_a_battery_are_planned_from_the_last_solution_and_from_none(share: float, cold: bool):
+    limits = limits_on("commute", step=2.0)  # with these stations a start that jumps at the ends of the stretch is caught
+    planner = SpeedPlanner(limits, share * fastest_profile(limits).journey_time, soc=0.6, budget=60.0)
+    for s in (0.0, 200.0, 412.0, 1000.0, 1500.0):
+        if cold:
+            planner._warm = None
+        step = planner.step(s, float(np.sqrt(np.interp(s, planner.plan.s, planner.plan.v**2))), planner._time_at(s), 0.6)
+        assert step.status == "planned"
+        # on time, at the plan's own speed and far from what the battery gives, the plan is still the best there is
+        there = s + 300.0
+        assert step.speed_at(there) == pytest.approx(np.sqrt(np.interp(there, planner.plan.s, planner.plan.v**2)), rel=0.01)
+
+
 def test_what_makes_no_sense_is_refused():
     with pytest.raises(PlanningError, match="this is a circuit"):
         SpeedPlanner(limits_on("handling"), 100.0)
