@@ -11,9 +11,11 @@ from .path.planner import PathOptions as PathOptions
 from .path.planner import plan_path as plan_path
 from .path.result import Path as Path
 from .path.result import PathReport as PathReport
+from .planner import Planner as Planner
 from .planning import Plan as Plan
 from .planning import plan as plan
 from .planning import plan_front as plan_front
+from .request import PlanRequest as PlanRequest
 from .simulation.drive import simulate as simulate
 from .simulation.events import Event as Event
 from .simulation.log import Drive as Drive
@@ -37,6 +39,8 @@ __all__ = [
     "PathOptions",
     "PathReport",
     "Plan",
+    "PlanRequest",
+    "Planner",
     "PlanningError",
     "SolverError",
     "SpeedLimits",

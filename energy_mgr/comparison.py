@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -11,11 +11,15 @@ from powertrain import KWH
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from powertrain import Ledger, Vehicle
     from roads import Road
     from roads.road import Extent
 
     from .path import Path
+    from .path.planner import PathKind
+    from .request import PlanRequest, SpeedKind
     from .speed import BatteryDrive, SpeedLimits, SpeedProfile
 
 
@@ -41,23 +45,42 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Four ways to drive the road at one arrival time; None where that way cannot arrive so early.
+    """Four ways to drive the road at one arrival time; None where that way cannot arrive so early. Each is driven when it is first asked for.
 
     Attributes:
         journey_time: the common arrival time, s.
-        reference: lane centre, fastest profile, scaled to the time if that is later (V1, V2).
-        path_only: the optimal path, fastest profile scaled to the time (V2): what the published comparison does.
-        speed_only: lane centre, energy-optimal speed.
-        both: optimal path, energy-optimal speed.
+        drive: drives a path (`lane`, `optimal`) by a method (`fast`, `eco`) at that time.
         joint: path and speed as one optimal control problem; None unless asked for.
     """
 
     journey_time: float
-    reference: Run | None
-    path_only: Run | None
-    speed_only: Run | None
-    both: Run | None
+    drive: Callable[[PathKind, SpeedKind], Run | None] = field(repr=False)
     joint: Run | None = None
+
+    @cached_property
+    def reference(self) -> Run | None:
+        """Lane centre, fastest profile, scaled to the time if that is later (V1, V2)."""
+        return self.drive("lane", "fast")
+
+    @cached_property
+    def path_only(self) -> Run | None:
+        """The optimal path, fastest profile scaled to the time (V2): what the published comparison does."""
+        return self.drive("optimal", "fast")
+
+    @cached_property
+    def speed_only(self) -> Run | None:
+        """Lane centre, energy-optimal speed."""
+        return self.drive("lane", "eco")
+
+    @cached_property
+    def both(self) -> Run | None:
+        """Optimal path, energy-optimal speed."""
+        return self.drive("optimal", "eco")
+
+    def of(self, path: PathKind, speed: SpeedKind) -> Run | None:
+        """The one of the four with that path and speed; None for other speeds."""
+        name = {("lane", "fast"): "reference", ("optimal", "fast"): "path_only", ("lane", "eco"): "speed_only", ("optimal", "eco"): "both"}
+        return getattr(self, name[path, speed]) if (path, speed) in name else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +90,7 @@ class Plan:
     Attributes:
         road: the road.
         vehicle: the car.
-        corridor: part of the road that was used.
-        margin: distance kept between the car's side and the borders, m.
+        request: what was asked for.
         chosen: the drive asked for.
         baseline: lane centre driven by V1, scaled to the same arrival time if that is later than its own (V2); at its own if that is later.
         comparison: the saving at equal arrival time, by what it comes from.
@@ -77,12 +99,21 @@ class Plan:
 
     road: Road
     vehicle: Vehicle
-    corridor: Extent
-    margin: float
+    request: PlanRequest
     chosen: Run
     baseline: Run
     comparison: Comparison
     battery: BatteryDrive | None = None
+
+    @property
+    def corridor(self) -> Extent:
+        """Part of the road that was used."""
+        return self.request.corridor
+
+    @property
+    def margin(self) -> float:
+        """Distance kept between the car's side and the borders, m."""
+        return self.request.margin
 
     @cached_property
     def trajectory(self) -> Trajectory:

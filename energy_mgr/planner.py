@@ -1,52 +1,98 @@
-"""Makes drives on one road with one car; paths and their limits are made once."""
+"""Plans drives on one road, for one car or many: what depends on the road alone is made once."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
-from .comparison import Comparison, Run
+from powertrain import Vehicle, load_vehicle
+
+from .comparison import Comparison, Plan, Run
 from .errors import InfeasibleError, PlanningError
-from .path import Path, PathOptions, plan_path
-from .speed import BatteryDrive, DriveRules, EcoSolver, SpeedLimits, fastest_profile, plan_speed, scaled_profile
+from .path import Path, plan_path
+from .request import PlanRequest
+from .speed import BatteryDrive, EcoSolver, Front, SpeedLimits, fastest_profile, plan_speed, scaled_profile
 from .speed.forward_backward import refuse_too_early
 from .speed.result import energy_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Hashable
+    from os import PathLike
 
-    from powertrain import Vehicle
     from roads import Road
-    from roads.road import Extent
 
     from .path.planner import PathKind
-
-SpeedKind = Literal["fast", "toppra", "eco", "socp", "dp", "nlp"]
+    from .request import SpeedKind
 
 
 class Planner:
-    """Makes runs on one road with one car; paths and their limits are made once."""
+    """Plans drives on one road, for one car or many.
 
-    def __init__(
-        self,
-        road: Road,
-        vehicle: Vehicle,
-        corridor: Extent,
-        margin: float,
-        options: PathOptions,
-        rules: DriveRules,
-        report: Callable[[str], None] | None,
-    ) -> None:
-        self.road, self.vehicle, self.report = road, vehicle, report
-        self._clearance = 0.5 * vehicle.chassis.width_m + margin
-        self._corridor: Extent = corridor
-        self._margin, self._options, self._rules = margin, options, rules
+    Cars of the same width and turning circle share their paths, whatever else they are asked for:
+
+        planner = Planner(roads.open_road("rural"))
+        plans = [planner.plan(car, request) for car in cars for request in requests]
+
+    Attributes:
+        road: the road.
+        report: called with lines of progress.
+    """
+
+    def __init__(self, road: Road, *, report: Callable[[str], None] | None = None) -> None:
+        self.road, self.report = road, report
+        self._paths: dict[Hashable, Path] = {}
+
+    def plan(self, vehicle: Vehicle | str | PathLike[str] = "romo", request: PlanRequest | None = None) -> Plan:
+        """Plan one drive; see `energy_mgr.plan`."""
+        return _Drives(self, _loaded(vehicle), request or PlanRequest()).plan()
+
+    def front(
+        self, vehicle: Vehicle | str | PathLike[str], request: PlanRequest | None = None, *, count: int = 20, slowest: float | None = None
+    ) -> tuple[Path, SpeedLimits, Front]:
+        """Time against energy; see `energy_mgr.plan_front`."""
+        asked = request or PlanRequest()
+        path, limits = _Drives(self, _loaded(vehicle), asked).route(asked.path)
+        if self.report:
+            self.report(f"speed: {count} drives over {len(limits.s)} stations")
+        return path, limits, EcoSolver(limits).front(count, slowest=slowest)
+
+    def path(self, vehicle: Vehicle, request: PlanRequest, kind: PathKind) -> Path:
+        """The path of that kind for a car; found once for all cars and requests that ask for the same."""
+        clearance, options = request.clearance(vehicle), request.options_for(vehicle)
+        key = clearance, request.corridor, kind, options
+        if key not in self._paths:
+            self._paths[key] = plan_path(self.road, clearance, extent=request.corridor, kind=kind, options=options, report=self.report)
+        return self._paths[key]
+
+
+def _loaded(vehicle: Vehicle | str | PathLike[str]) -> Vehicle:
+    return vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
+
+
+class _Drives:
+    """Makes runs with one car; limits along its paths are made once."""
+
+    def __init__(self, planner: Planner, vehicle: Vehicle, request: PlanRequest) -> None:
+        self.planner, self.vehicle, self.request = planner, vehicle, request
+        self.road, self.report = planner.road, planner.report
         self._routes: dict[PathKind, tuple[Path, SpeedLimits]] = {}
+
+    def plan(self) -> Plan:
+        """The drive asked for, beside the others."""
+        asked = self.request
+        priced = None if asked.price is None else self.priced(asked.price)
+        comparison = self.compare(asked.journey_time if priced is None else priced.journey_time)
+        chosen = priced or comparison.joint or self.choose(comparison)
+        battery = None
+        if asked.soc is not None:
+            chosen, battery = self.charged(chosen, asked.soc)
+        baseline = comparison.reference or self.run("lane", "fast", None)
+        return Plan(self.road, self.vehicle, asked, chosen, baseline, comparison, battery)
 
     def route(self, kind: PathKind) -> tuple[Path, SpeedLimits]:
         """The path of that kind and the limits along it."""
         if kind not in self._routes:
-            path = plan_path(self.road, self._clearance, extent=self._corridor, kind=kind, options=self._options, report=self.report)
-            self._routes[kind] = path, self._rules.limits(self.road, path, self.vehicle)
+            path = self.planner.path(self.vehicle, self.request, kind)
+            self._routes[kind] = path, self.request.rules.limits(self.road, path, self.vehicle)
         return self._routes[kind]
 
     def run(self, kind: PathKind, speed: SpeedKind, journey_time: float | None) -> Run:
@@ -60,43 +106,32 @@ class Planner:
             profile = plan_speed(limits, speed, journey_time=None if speed == "toppra" else journey_time)
         return Run(path, limits, profile, energy_of(limits, profile))
 
-    def priced(self, kind: PathKind, speed: SpeedKind, price: float) -> Run:
-        """Drive a path with least energy plus `price` (W) times time."""
-        path, limits = self.route(kind)
-        profile = plan_speed(limits, "dp" if speed == "dp" else "eco", price=price)
+    def priced(self, price: float) -> Run:
+        """Drive with least energy plus `price` (W) times time."""
+        path, limits = self.route(self.request.path)
+        profile = plan_speed(limits, "dp" if self.request.speed == "dp" else "eco", price=price)
         return Run(path, limits, profile, energy_of(limits, profile))
 
     def joint(self, journey_time: float) -> Run:
         """Path and speed at once."""
         from .joint import joint_plan
 
-        if self._rules != DriveRules(self._rules.start_speed, self._rules.end_speed):
-            raise PlanningError(f"{self.road.name}: method joint knows no rules but the speeds at the ends")
-        found = joint_plan(
-            self.road,
-            self.vehicle,
-            corridor=self._corridor,
-            margin=self._margin,
-            journey_time=journey_time,
-            path_options=self._options,
-            start_speed=self._rules.start_speed,
-            end_speed=self._rules.end_speed,
-            report=self.report,
-        )
+        found = joint_plan(self.road, self.vehicle, self.request, journey_time=journey_time, report=self.report)
         return Run(found.path, found.limits, found.profile, energy_of(found.limits, found.profile))
 
-    def charged(self, run: Run, soc: float, price: float | None) -> tuple[Run, BatteryDrive]:
+    def charged(self, run: Run, soc: float) -> tuple[Run, BatteryDrive]:
         """The drive again, within what the battery can give."""
         from .speed.battery import battery_profile
 
         if self.report:
             self.report("speed: power and charge of the battery")
+        price = self.request.price
         drive = battery_profile(run.limits, None if price is not None else run.journey_time, soc, price=price)
         return Run(run.path, drive.limits, drive.profile, energy_of(drive.limits, drive.profile)), drive
 
     def compare(self, journey_time: float | None) -> Comparison:
-        """The four runs at `journey_time`, by default the earliest time that both paths can make."""
-        earliest = {kind: _earliest(self.route(kind)[1]) for kind in ("lane", "optimal")}
+        """The ways to drive at `journey_time`, by default the earliest time that both paths can make."""
+        earliest: dict[PathKind, float] = {kind: _earliest(self.route(kind)[1]) for kind in ("lane", "optimal")}
         common = max(earliest.values()) if journey_time is None else journey_time
 
         def at_common(kind: PathKind, speed: SpeedKind) -> Run | None:
@@ -107,20 +142,16 @@ class Planner:
             except InfeasibleError:
                 return None  # a slope that is only passed with momentum cannot be driven at scaled speeds
 
-        return Comparison(common, at_common("lane", "fast"), at_common("optimal", "fast"), at_common("lane", "eco"), at_common("optimal", "eco"))
+        return Comparison(common, at_common, self.joint(common) if self.request.method == "joint" else None)
 
-    def choose(self, path: PathKind, speed: SpeedKind, journey_time: float | None, comparison: Comparison) -> Run:
+    def choose(self, comparison: Comparison) -> Run:
         """The run asked for, taken from the comparison where it is there."""
-        if speed in ("fast", "toppra") and journey_time is None:
+        path, speed = self.request.path, self.request.speed
+        if speed in ("fast", "toppra") and self.request.journey_time is None:
             return self.run(path, speed, None)
-        made = {
-            ("lane", "fast"): comparison.reference,
-            ("optimal", "fast"): comparison.path_only,
-            ("lane", "eco"): comparison.speed_only,
-            ("optimal", "eco"): comparison.both,
-        }.get((path, speed))
         if speed == "toppra":
             raise PlanningError(f"{self.road.name}: toppra with an arrival time, expected none: it finds the least")
+        made = comparison.of(path, speed)
         if made is None:
             refuse_too_early(self.road.name, comparison.journey_time, _earliest(self.route(path)[1]))
             return self.run(path, speed, comparison.journey_time)

@@ -11,15 +11,17 @@ import numpy as np
 from powertrain import KWH, drive_energy
 
 from ..errors import PlanningError, SolverError
-from ..path import Path, PathOptions, PathReport, Prover, plan_path
+from ..path import Path, PathReport, Prover, plan_path
 from ..path.planner import with_repairs
-from ..speed import SpeedLimits, SpeedProfile, eco_profile, fastest_profile
+from ..request import PlanRequest, requested
+from ..speed import DriveRules, SpeedLimits, SpeedProfile, eco_profile, fastest_profile
 from .grid import equal_parts, finer_parts
 from .programme import JointProgramme, JointSolution, Point
 from .start import problem_of, short_path, speeds_on, variables_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from typing import Unpack
 
     from numpy.typing import NDArray
 
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from roads.road import Extent
 
     from ..path import Certificate, CurvatureProblem
+    from ..request import PlanWishes
 
     Ints = NDArray[np.intp]
 
@@ -78,16 +81,14 @@ class JointPlan:
 def joint_plan(
     road: Road,
     vehicle: Vehicle,
+    request: PlanRequest | None = None,
     *,
-    corridor: Extent = "own",
-    margin: float = 0.2,
-    journey_time: float | None = None,
-    path_options: PathOptions | None = None,
     step: float = 4.0,
-    start_speed: float = 0.0,
-    end_speed: float = 0.0,
+    start_speed: float | None = None,
+    end_speed: float | None = None,
     start: Start = "sequential",
     report: Callable[[str], None] | None = None,
+    **wishes: Unpack[PlanWishes],
 ) -> JointPlan:
     """Plan path and speed as one optimal control problem: least energy for the arrival time. Never worse than the sequential plan.
 
@@ -97,32 +98,30 @@ def joint_plan(
     Args:
         road: where to drive.
         vehicle: the car.
-        corridor: what the car may use, `lane`, `own` or `road`.
-        margin: distance kept between the car's side and the borders, m.
-        journey_time: arrival time, s; by default the least time that the lane's centre and the gentlest path can both make.
-        path_options: how the sequential path is found; its knots, ends and bound on curvature hold for the joint one too.
+        request: what is asked for: corridor, margin, arrival time (by default the least that the lane's centre and the gentlest path can both make),
+            speeds at the ends, and how the sequential path is found; its knots, ends and bound on curvature hold for the joint one too.
         step: longest interval between stations of the joint problem, m.
-        start_speed: on open roads, m/s.
-        end_speed: on open roads, m/s.
+        start_speed, end_speed: on open roads, m/s; None: those of the request's rules.
         start: path to start from: the `sequential` one, the `lane` centre or nearly the shortest path (`short`).
         report: called with lines of progress.
+        wishes: fields of `PlanRequest` as keywords.
 
     Raises:
         InfeasibleError: the road is too narrow or too steep, or the time too short for the sequential plan.
         SolverError: the sequential plan was not found. Where the joint problem fails, the sequential plan is kept, and `note` says why.
-        PlanningError: arguments out of range.
+        PlanningError: arguments out of range; rules that the joint problem does not know.
     """
-    if not 0.0 <= margin < 100.0:
-        raise PlanningError(f"margin {margin} m, expected 0 to 100 m")
+    asked = requested(request, wishes)
+    ends = {name: speed for name, speed in (("start_speed", start_speed), ("end_speed", end_speed)) if speed is not None}
+    asked = replace(asked, rules=replace(asked.rules, **ends))
     if not 0.5 <= step <= 50.0:
         raise PlanningError(f"step {step} m, expected 0.5 to 50 m")
-    if journey_time is not None and not 0.0 < journey_time < 1e7:
-        raise PlanningError(f"arrival time {journey_time} s, expected more than 0 and less than 1e7 s")
     if start not in _STARTS:
         raise PlanningError(f"start {start!r}, expected one of {', '.join(_STARTS)}")
-    planner = _Planner(road, vehicle, corridor, margin, path_options or PathOptions(), step, (start_speed, end_speed), report)
-    sequential = planner.sequential(journey_time)
-    return planner.improve(sequential, start)
+    if asked.rules != DriveRules(asked.rules.start_speed, asked.rules.end_speed):
+        raise PlanningError(f"{road.name}: method joint knows no rules but the speeds at the ends")
+    planner = _Planner(road, vehicle, asked, step, report)
+    return planner.improve(planner.sequential(asked.journey_time), start)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,23 +139,11 @@ class _Drive:
 class _Planner:
     """Plans on one road with one car."""
 
-    def __init__(
-        self,
-        road: Road,
-        vehicle: Vehicle,
-        corridor: Extent,
-        margin: float,
-        options: PathOptions,
-        step: float,
-        speeds: tuple[float, float],
-        report: Callable[[str], None] | None,
-    ) -> None:
+    def __init__(self, road: Road, vehicle: Vehicle, request: PlanRequest, step: float, report: Callable[[str], None] | None) -> None:
         self.road, self.vehicle, self.report = road, vehicle, report
-        self._corridor: Extent = corridor
-        self._clearance = 0.5 * vehicle.chassis.width_m + margin
-        radius = vehicle.limits.turning_radius_min_m
-        self._options = options if radius is None else replace(options, curvature_max=min(options.curvature_max, 1.0 / radius))
-        self._step, self._speeds = step, speeds
+        self._corridor: Extent = request.corridor
+        self._clearance, self._options = request.clearance(vehicle), request.options_for(vehicle)
+        self._step, self._speeds = step, (request.rules.start_speed, request.rules.end_speed)
 
     def sequential(self, journey_time: float | None) -> _Drive:
         """Gentlest path, then thriftiest speed."""

@@ -48,6 +48,11 @@ class DriveRules:
     parts: Sequence[Part] = field(default=())
     step: float = 2.0
 
+    def __post_init__(self) -> None:
+        # as tuples, so that two requests for the same are equal and can be looked up
+        for name, value in (("stops", self.stops), ("windows", [Window(*window) for window in self.windows]), ("parts", self.parts)):
+            object.__setattr__(self, name, tuple(value))
+
     def limits(self, road: Road, path: Path, vehicle: Vehicle) -> SpeedLimits:
         """The limits of `vehicle` on `path` along `road` under these rules.
 
