@@ -11,7 +11,8 @@ import numpy as np
 from .borders import dense, narrowed_at, places_beside, spaced, way_along
 from .curve import PlanarCurve, read_only
 from .errors import RoadError
-from .road import Lane, Road
+from .lane import Lane
+from .road import Road
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .cubic import counted_from
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -25,8 +27,7 @@ def _cut(curve: PlanarCurve) -> tuple[Floats, Floats, Floats]:
     piece = np.repeat(np.arange(len(parts)), parts)
     share = (np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[piece]
     th = share * np.diff(pieces.breaks)[piece]
-    a, b, c, d = pieces.coefficients[:, :, piece]
-    rows = np.array([a, b + 3.0 * a * th, c + (2.0 * b + 3.0 * a * th) * th, ((a * th + b) * th + c) * th + d])
+    rows = counted_from(th, pieces.coefficients[:, :, piece])
     breaks = np.append(pieces.breaks[piece] + th, pieces.breaks[-1])
     return breaks, curve.station(breaks), rows
 

@@ -13,7 +13,8 @@ import numpy as np
 from ..borders import offsets_beside
 from ..curve import PlanarCurve, read_only
 from ..errors import RoadError
-from ..road import Lane, Road
+from ..lane import Lane
+from ..road import Road
 from .path_table import SAME_PLACE, looks_closed
 from .table import shown
 from .track_csv import closed_key

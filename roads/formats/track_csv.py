@@ -18,7 +18,8 @@ import numpy as np
 
 from ..crossing import mutual_crossings, self_crossings
 from ..errors import RoadError
-from ..road import Lane, Road
+from ..lane import Lane
+from ..road import Road
 from .path_table import SAME_PLACE, looks_closed
 from .table import shown
 from .text import write_whole
