@@ -12,7 +12,7 @@ from .formats import write as write
 from .gallery import open_road as open_road
 from .gallery import shipped as shipped
 from .lane import Lane as Lane
-from .network import Link as Link
+from .links import Link as Link
 from .network import Network as Network
 from .network_builder import NetworkBuilder as NetworkBuilder
 from .road import Road as Road
