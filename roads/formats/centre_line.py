@@ -9,8 +9,8 @@ import numpy as np
 
 from ..errors import RoadError
 from ..road import Road
+from .closing import looks_closed
 from .geodesy import to_degrees, to_plane
-from .path_table import looks_closed
 from .text import read_text, write_whole
 from .xml import LARGEST, Place, parse
 

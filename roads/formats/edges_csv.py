@@ -15,9 +15,8 @@ from ..curve import PlanarCurve, read_only
 from ..errors import RoadError
 from ..lane import Lane
 from ..road import Road
-from .path_table import SAME_PLACE, looks_closed
+from .closing import SAME_PLACE, closed_key, looks_closed
 from .table import shown
-from .track_csv import closed_key
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
