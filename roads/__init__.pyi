@@ -11,13 +11,13 @@ from .formats import read_network as read_network
 from .formats import write as write
 from .gallery import open_road as open_road
 from .gallery import shipped as shipped
-from .locate import Tracker as Tracker
-from .network import Link as Link
+from .lane import Lane as Lane
+from .links import Link as Link
 from .network import Network as Network
 from .network_builder import NetworkBuilder as NetworkBuilder
-from .road import Lane as Lane
 from .road import Road as Road
 from .smooth import smoothed as smoothed
+from .tracker import Tracker as Tracker
 
 __all__ = [
     "Corridor",

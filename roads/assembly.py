@@ -11,12 +11,13 @@ import numpy as np
 from .borders import dense, narrowed_at, places_beside, spaced, way_along
 from .curve import PlanarCurve, read_only
 from .errors import RoadError
-from .road import Lane, Road
+from .lane import Lane
+from .road import Road
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .network import Network
+    from .links import LinkMap
     from .routing import Step
 
     Floats = NDArray[np.float64]
@@ -47,7 +48,7 @@ class _Part:
     exact: bool
 
 
-def assemble(name: str, network: Network, route: list[list[Step]]) -> Road:
+def assemble(name: str, network: LinkMap, route: list[list[Step]]) -> Road:
     """The road along `route`.
 
     Raises:
@@ -59,7 +60,7 @@ def assemble(name: str, network: Network, route: list[list[Step]]) -> Road:
         raise error if str(error).startswith(network.path) else RoadError(f"{network.path}: {error}") from None
 
 
-def _assembled(name: str, network: Network, route: list[list[Step]]) -> Road:
+def _assembled(name: str, network: LinkMap, route: list[list[Step]]) -> Road:
     parts = [part for steps in route if (part := _part(network, steps)) is not None]
     if not parts:
         raise RoadError(f"{network.path}: the route is shorter than {2 * NEAREST} m, expected a longer one")
@@ -73,7 +74,7 @@ def _assembled(name: str, network: Network, route: list[list[Step]]) -> Road:
     return _road(name, network, curve, line[:, 2], owner, parts, sections)
 
 
-def _part(network: Network, steps: list[Step]) -> _Part | None:
+def _part(network: LinkMap, steps: list[Step]) -> _Part | None:
     """The run of cross-sections that `steps` (lanes side by side) drive."""
     first, last = steps[0], steps[-1]
     share = (first.start / first.link.length, last.end / last.link.length) if first.link.length > NEAREST else (0.0, 1.0)
@@ -112,7 +113,7 @@ def _cut(line: Floats, share: tuple[float, float], *, exact: bool) -> Floats:
     return made
 
 
-def _changed(network: Network, steps: list[Step], middles: list[Floats]) -> Floats:
+def _changed(network: LinkMap, steps: list[Step], middles: list[Floats]) -> Floats:
     """From the first to the last of lines that lie side by side, smoothly, at the end of the stretch.
 
     Raises:
@@ -148,7 +149,7 @@ def _eased(share: Floats) -> Floats:
     return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
 
 
-def _check_joints(network: Network, route: list[list[Step]], parts: list[_Part]) -> None:
+def _check_joints(network: LinkMap, route: list[list[Step]], parts: list[_Part]) -> None:
     for before, after in pairwise(parts):
         gap = float(np.hypot(*(after.middle[0, :2] - before.middle[-1, :2])))
         turn = _direction(after.middle[:2]) - _direction(before.middle[-2:])
@@ -225,7 +226,7 @@ def _limits(part: _Part, way: Floats) -> Floats:
     return part.limit[np.clip(np.searchsorted(along, np.clip(way, 0.0, along[-1]) + 1e-6, side="right") - 1, 0, len(along) - 1)]
 
 
-def _lanes(network: Network, part: _Part, here: NDArray[np.bool_], sides: list[Floats]) -> list[Lane]:
+def _lanes(network: LinkMap, part: _Part, here: NDArray[np.bool_], sides: list[Floats]) -> list[Lane]:
     """The part's lanes over the stations of the whole road: there where `here` says so, from `sides`, right and left (lanes, n)."""
     made = []
     for (identity, direction, _, _), *offsets in zip(part.lanes, *sides, strict=True):
@@ -237,7 +238,7 @@ def _lanes(network: Network, part: _Part, here: NDArray[np.bool_], sides: list[F
 
 def _road(
     name: str,
-    network: Network,
+    network: LinkMap,
     curve: PlanarCurve,
     height: Floats,
     owner: NDArray[np.intp],

@@ -69,6 +69,12 @@ def interpolate(u: Floats, points: Floats, *, closed: bool) -> PiecewiseCubic:
     return PiecewiseCubic(u, np.stack([a, 0.5 * bend[:-1], c, points[:-1]]).transpose(0, 2, 1).copy())
 
 
+def counted_from(th: Floats, coefficients: Floats) -> Floats:
+    """The same cubics, coefficients (4, 2, n), with each piece's parameter counted from `th` (n,) further on."""
+    a, b, c, d = coefficients
+    return np.array([a, b + 3.0 * a * th, c + (2.0 * b + 3.0 * a * th) * th, ((a * th + b) * th + c) * th + d])
+
+
 def _open(h: Floats, slope: Floats) -> Floats:
     """(n, 2) second derivatives at the points, the third one continuous at the second and the last but one."""
     if len(h) == 1:

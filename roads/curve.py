@@ -15,11 +15,10 @@ import numpy as np
 
 from .cubic import PiecewiseCubic, interpolate
 from .errors import RoadError
+from .locate import Locator
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
-    from .locate import Locator
 
     Floats = NDArray[np.float64]
 
@@ -184,9 +183,7 @@ class PlanarCurve:
 
     @cached_property
     def _locator(self) -> Locator:
-        from .locate import Locator
-
-        return Locator(self)
+        return Locator(self.pieces, self.breaks_s, self.station, closed=self.closed)
 
     def project(self, points: ArrayLike, near: ArrayLike) -> tuple[Floats, Floats]:
         """Stations and signed offsets of `points`, searched from the stations `near`.

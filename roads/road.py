@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from . import columns
 from .borders import spaced
 from .corridor import Corridor
 from .curve import PlanarCurve, read_only
+from .curve_parts import backwards, part_of
 from .errors import RoadError
+from .lane import Lane, covered
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -29,25 +32,6 @@ Extent = Literal["lane", "own", "road"]
 KNOTS = 0.02
 #: Stands for a quantity that was not given; no road has as few stations.
 _UNSET = np.zeros(0)
-
-
-@dataclass(frozen=True, eq=False)
-class Lane:
-    """One lane: the strip between two offsets from the road's reference curve.
-
-    Attributes:
-        direction: +1 if traffic runs with the stations, -1 if against, 0 if both ways.
-        right: (n,) offset of its right border at the road's stations, m, positive to the left of the reference; NaN where there is no such lane.
-        left: (n,) offset of its left border, m; NaN as `right`.
-        kind: what it is for, in the words of OpenDRIVE: driving, entry, exit, onRamp, ...
-        name: what its file calls it.
-    """
-
-    direction: int
-    right: Floats
-    left: Floats
-    kind: str = "driving"
-    name: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,25 +124,13 @@ class Road:
             if getattr(self, label) is _UNSET:
                 object.__setattr__(self, label, read_only(np.full(self.s.shape, standard)))
         for label in ("right", "left", "height", "bank", "friction"):
-            values = getattr(self, label)
-            if values.shape != self.s.shape:
-                raise RoadError(f"{self.name}: {label} has shape {values.shape}, expected {self.s.shape}")
-            if not np.all(np.isfinite(values)):
-                at = int(np.argmin(np.isfinite(values)))
-                raise RoadError(f"{self.name}: {label} at s = {self.s[at]:.1f} m is {values[at]}, expected a finite number")
+            columns.must_be_numbers(getattr(self, label), self.s, f"{self.name}: {label}")
         if np.any(self.left < self.right - 1e-9):
             at = int(np.argmin(self.left - self.right))
             beyond = self.right[at] - self.left[at]
             raise RoadError(f"{self.name}: the borders cross at s = {self.s[at]:.1f} m: the right edge is {beyond:.3f} m left of the left edge")
         for lane in (*self.lanes, *filter(None, [self.drive])):
-            absent = np.isnan(lane.right) & np.isnan(lane.left)
-            good = absent | ((lane.right <= lane.left) & (lane.right >= self.right - 1e-6) & (lane.left <= self.left + 1e-6))
-            if not np.all(good):
-                at = int(np.argmin(good))
-                raise RoadError(
-                    f"{self.name}: lane {f'{lane.name} ' * bool(lane.name)}from {lane.right[at]:g} to {lane.left[at]:g} m at s = {self.s[at]:.1f} m, "
-                    f"expected right before left and within the road, {self.right[at]:g} to {self.left[at]:g} m"
-                )
+            lane.must_lie_within(self.right, self.left, self.s, self.name)
         if not np.all(self.friction > 0.0):
             at = int(np.argmin(self.friction > 0.0))
             raise RoadError(f"{self.name}: friction at s = {self.s[at]:.1f} m is {self.friction[at]:g}, expected more than 0")
@@ -223,26 +195,10 @@ class Road:
             right, left = self.driving_lane().right, self.driving_lane().left
         elif extent == "own":
             own = [lane for lane in self.lanes if lane.direction >= 0] + ([] if self.drive is None else [self.drive])
-            own = own or [self.driving_lane()]
-            there = [self._reliable(lane) for lane in own]
-            right = np.fmin.reduce([np.where(good, lane.right, np.nan) for good, lane in zip(there, own, strict=True)])
-            left = np.fmax.reduce([np.where(good, lane.left, np.nan) for good, lane in zip(there, own, strict=True)])
-            if np.isnan(right).any():
-                right, left = np.fmin.reduce([lane.right for lane in own]), np.fmax.reduce([lane.left for lane in own])
+            right, left = covered(own or [self.driving_lane()], self.s, closed=self.closed)
         else:
             raise RoadError(f"corridor {extent!r} is unknown, expected lane, own or road")
         return Corridor(self.name, self.reference, self.s, read_only(right), read_only(left), margin)
-
-    def _reliable(self, lane: Lane) -> NDArray[np.bool_]:
-        """Where the lane exists on both sides of a station: the strip towards a station without it would reach beyond its end."""
-        there = ~np.isnan(lane.right)
-        if there.all():
-            return there
-        near = np.diff(self.s) < 0.05
-        before, after = np.append(there[:1], there[:-1] | near), np.append(there[1:] | near, there[-1:])
-        if self.closed:
-            before[0], after[-1] = there[-1], there[0]
-        return there & before & after
 
     def height_at(self, s: ArrayLike) -> Floats:
         """Height in m at reference stations `s`: monotone cubic between the data (PCHIP), no overshoot."""
@@ -269,36 +225,73 @@ class Road:
         return np.interp(self._wrap(s), self.s, values, period=self.length if self.closed else None)
 
     def reversed(self) -> Road:
-        """The same road in the other direction; a closed road keeps its start. See `roads.edit.reversed_road`."""
-        from .edit import reversed_road
+        """The same road in the other direction; a closed road keeps its start.
 
-        return reversed_road(self)
+        Lanes swap sides and directions. A posted limit covers the same ground, since the road knows one limit for both directions. A road that
+        was drawn with elements loses them: its writers fall back on the spline.
+        """
+        turn = partial(columns.turned, closed=self.closed)
+        return replace(
+            self,
+            reference=backwards(self.reference),
+            s=columns.turned_stations(self.s, self.length, closed=self.closed),
+            right=turn(-self.left),
+            left=turn(-self.right),
+            height=turn(self.height),
+            speed_limit=columns.turned_limits(self.speed_limit, closed=self.closed),
+            lanes=tuple(lane.opposite(turn) for lane in self.lanes[::-1]),
+            bank=turn(-self.bank),
+            friction=turn(self.friction),
+            drive=None if self.drive is None or self.drive.direction > 0 else self.drive.opposite(turn),
+            plan_view=(),
+            columns={name: turn(columns.from_the_other_end(name, values)) for name, values in self.columns.items()},
+        )
 
     def __getitem__(self, stretch: slice) -> Road:
         """`road[s0:s1]`: the stretch between two stations in m, with new stations from 0; on a closed road it may lead over the start.
 
         Raises:
-            RoadError: a step, or stations that are not on the road.
+            RoadError: a step, or stations that are not on the road or in the wrong order.
         """
-        from .edit import stretch_of
-
-        return stretch_of(self, stretch)
+        at = columns.stations_of(stretch, self.s, self.length, closed=self.closed, name=self.name)
+        start, end = float(at[0]), float(at[-1])
+        return self.laid_along(part_of(self.reference, start, end), at - start, at)
 
     def resampled(self, spacing: float) -> Road:
-        """The same road with data at most `spacing` (m) apart, evenly. See `roads.edit.resampled_road`."""
-        from .edit import resampled_road
+        """The same road with data at most `spacing` (m) apart, evenly; the reference is drawn anew through the new points.
 
-        return resampled_road(self, spacing)
+        Where limits change between two stations the lower one counts from the earlier station on.
+
+        Raises:
+            RoadError: a spacing that is not positive, or one that makes more than five million points.
+        """
+        at = columns.even_stations(spacing, self.length, closed=self.closed, name=self.name)
+        curve = PlanarCurve.through(self.reference.position(at), closed=self.closed)
+        made = self.laid_along(curve, curve.breaks_s[: len(at)], at)
+        return replace(made, speed_limit=read_only(np.minimum(made.speed_limit, columns.lowest_between(self.speed_limit, self.s, at, self.length))))
+
+    def laid_along(self, curve: PlanarCurve, s: Floats, at: Floats) -> Road:
+        """What this road has at its stations `at` (k,), laid along `curve` at the stations `s` (k,) of that, all in m."""
+        read = partial(columns.read_at, s=self.s, at=at, period=self.length if self.closed else None)
+        return replace(
+            self,
+            reference=curve,
+            s=read_only(s),
+            right=read(self.right),
+            left=read(self.left),
+            height=read_only(self.height_at(at)),
+            speed_limit=read_only(self.speed_limit_at(at)),
+            lanes=tuple(lane for lane in (lane.read(read) for lane in self.lanes) if not np.isnan(lane.right).all()),
+            bank=read(self.bank),
+            friction=read(self.friction),
+            drive=None if self.drive is None else self.drive.read(read),
+            plan_view=(),
+            columns={name: read(values) for name, values in self.columns.items()},
+        )
 
     @cached_property
     def _height(self) -> PchipInterpolator:
-        from scipy.interpolate import PchipInterpolator  # slow to import, and flat roads never need it
-
-        if not self.closed:
-            return PchipInterpolator(self.s, self.height)
-        # three data beyond the seam on either side make the derivative there the same from both ends
-        s = np.concatenate([self.s[-3:] - self.length, self.s, self.s[:3] + self.length])
-        return PchipInterpolator(s, np.concatenate([self.height[-3:], self.height, self.height[:3]]))
+        return columns.monotone(self.height, self.s, self.length if self.closed else None)
 
     def _wrap(self, s: ArrayLike) -> Floats:
         s = np.asarray(s, dtype=np.float64)

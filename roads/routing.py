@@ -14,7 +14,7 @@ from .errors import RoadError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .network import Link, Network
+    from .links import Link, LinkMap
 
     Floats = NDArray[np.float64]
 
@@ -29,8 +29,6 @@ SHORT = 15.0
 NARROW = 2.0
 #: Speed where no limit is posted, m/s.
 UNPOSTED = 50.0 / 3.6
-#: Places at which the lanes of a network are looked up, at most.
-MOST_SAMPLES = 1_000_000
 #: A position may be this far from the middle of the nearest lane, m.
 FAR = 50.0
 
@@ -44,7 +42,7 @@ class Step:
     end: float
 
 
-def find_route(network: Network, start: Place, goal: Place, cost: Cost) -> list[list[Step]]:
+def find_route(network: LinkMap, start: Place, goal: Place, cost: Cost) -> list[list[Step]]:
     """The steps from `start` to `goal`, those within one cross-section together in one list (the lanes that are changed along it).
 
     Raises:
@@ -60,12 +58,12 @@ def find_route(network: Network, start: Place, goal: Place, cost: Cost) -> list[
         around = [_around(network, place, found) for place, found in ((start, begin), (goal, finish))]
         steps = _best(network, ids, row, price, *around)
     if steps is None:
-        raise RoadError(f"{network.path}: no way from {_shown(start)} to {_shown(goal)} along the lanes' directions")
+        raise RoadError(f"{network.path}: no way from {shown(start)} to {shown(goal)} along the lanes' directions")
     return steps
 
 
 def _best(
-    network: Network, ids: list[str], row: dict[str, int], price: Floats, begin: list[tuple[str, float]], finish: list[tuple[str, float]]
+    network: LinkMap, ids: list[str], row: dict[str, int], price: Floats, begin: list[tuple[str, float]], finish: list[tuple[str, float]]
 ) -> list[list[Step]] | None:
     best: tuple[float, list[list[Step]]] | None = None
     distances, before = _shortest(network, ids, row, price, [row[name] for name, _ in begin])
@@ -77,7 +75,7 @@ def _best(
     return None if best is None else best[1]
 
 
-def _around(network: Network, place: Place, found: list[tuple[str, float]]) -> list[tuple[str, float]]:
+def _around(network: LinkMap, place: Place, found: list[tuple[str, float]]) -> list[tuple[str, float]]:
     if isinstance(place, str):
         return found
     ((name, share),) = found
@@ -85,48 +83,7 @@ def _around(network: Network, place: Place, found: list[tuple[str, float]]) -> l
     return [(other, 1.0 - share if against else share) for other, against in zip(link.beside, link.against, strict=True)]
 
 
-def nearest_link(network: Network, x: float, y: float) -> tuple[str, float, float]:
-    """See `Network.nearest`."""
-    from scipy.spatial import cKDTree
-
-    if not (abs(x) < 1e9 and abs(y) < 1e9):
-        raise RoadError(f"{network.path}: position ({x}, {y}), expected finite numbers below 1e9")
-    cached = getattr(network, "_nearest", None)
-    if cached is None:
-        points, owners = [], []
-        spacing = max(1.0, sum(network.lengths.values()) / MOST_SAMPLES)
-        for name, link in network.links.items():
-            try:
-                s = np.linspace(0.0, link.length, max(int(link.length / spacing), 1) + 1)
-            except RoadError:
-                continue
-            points.append(np.column_stack([np.interp(s, link.stations, link.centre[:, axis]) for axis in (0, 1)] + [s]))
-            owners += [name] * len(s)
-        if not points:
-            raise RoadError(f"{network.path}: no usable lane")
-        table = np.concatenate(points)
-        cached = cKDTree(table[:, :2]), table[:, 2], owners, spacing
-        network._nearest = cached  # pyright: ignore[reportAttributeAccessIssue]
-    tree, along, owners, spacing = cached
-    _, at = tree.query([x, y])
-    link = network.links[owners[int(at)]]
-    s, distance = _foot(link, float(along[int(at)]), np.array([x, y]), spacing)
-    return link.id, s, distance
-
-
-def _foot(link: Link, about: float, point: Floats, spacing: float) -> tuple[float, float]:
-    """The foot of `point` on the centre line near `about` (m)."""
-    line, s = link.centre[:, :2], link.stations
-    low = max(int(np.searchsorted(s, about - 2.0 * spacing)) - 1, 0)
-    high = min(int(np.searchsorted(s, about + 2.0 * spacing)) + 1, len(s) - 1)
-    a, move = line[low:high], np.diff(line[low : high + 1], axis=0)
-    share = np.clip(np.sum((point - a) * move, axis=1) / np.maximum(np.sum(move**2, axis=1), 1e-12), 0.0, 1.0)
-    distance = np.hypot(*(a + share[:, None] * move - point).T)
-    best = int(np.argmin(distance))
-    return float(s[low + best] + share[best] * (s[low + best + 1] - s[low + best])), float(distance[best])
-
-
-def _options(network: Network, place: Place, share: float) -> list[tuple[str, float]]:
+def _options(network: LinkMap, place: Place, share: float) -> list[tuple[str, float]]:
     """Links that `place` may mean, each with a share of its length: lanes side by side where it names a position or a road."""
     if not isinstance(place, str):
         name, s, distance = network.nearest(*place)
@@ -149,7 +106,7 @@ def _options(network: Network, place: Place, share: float) -> list[tuple[str, fl
     return [(link.id, share) for link in found]
 
 
-def _prices(network: Network, ids: list[str], cost: Cost) -> Floats:
+def _prices(network: LinkMap, ids: list[str], cost: Cost) -> Floats:
     if not callable(cost) and cost not in ("length", "time"):
         raise RoadError(f"cost {cost!r} is unknown, expected length, time or a function")
     found = np.full(len(ids), np.inf)
@@ -171,7 +128,7 @@ def _prices(network: Network, ids: list[str], cost: Cost) -> Floats:
     return found
 
 
-def _edges(network: Network, row: dict[str, int], price: Floats) -> tuple[list[int], list[int], list[float]]:
+def _edges(network: LinkMap, row: dict[str, int], price: Floats) -> tuple[list[int], list[int], list[float]]:
     finite = price[np.isfinite(price)]
     total = float(sum(link.length for k, link in enumerate(network.links.values()) if np.isfinite(price[k])))
     change = CHANGE_WAY * float(np.sum(np.abs(finite))) / max(total, 1e-9)
@@ -196,7 +153,7 @@ def _edges(network: Network, row: dict[str, int], price: Floats) -> tuple[list[i
     return begins, ends, weights
 
 
-def _shortest(network: Network, ids: list[str], row: dict[str, int], price: Floats, sources: list[int]) -> tuple[Floats, NDArray[np.int32]]:
+def _shortest(network: LinkMap, ids: list[str], row: dict[str, int], price: Floats, sources: list[int]) -> tuple[Floats, NDArray[np.int32]]:
     """Least cost from the beginning of each source link to the beginning of every link, and the link before it on that way."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import NegativeCycleError, bellman_ford, dijkstra
@@ -218,7 +175,7 @@ def _shortest(network: Network, ids: list[str], row: dict[str, int], price: Floa
 
 
 def _way(
-    network: Network,
+    network: LinkMap,
     ids: list[str],
     row: dict[str, int],
     price: Floats,
@@ -265,7 +222,7 @@ def _way(
     return cost, steps
 
 
-def _by_cross_section(network: Network, names: list[str]) -> list[list[str]]:
+def _by_cross_section(network: LinkMap, names: list[str]) -> list[list[str]]:
     """Links of a way, those that are changed between on one stretch together."""
     groups: list[list[str]] = [[names[0]]]
     for name, after in pairwise(names):
@@ -277,7 +234,7 @@ def _by_cross_section(network: Network, names: list[str]) -> list[list[str]]:
     return groups
 
 
-def _across(network: Network, first: str, last: str) -> list[str] | None:
+def _across(network: LinkMap, first: str, last: str) -> list[str] | None:
     """Neighbours from `first` to `last`, both included."""
     for side in ("left", "right"):
         chain = [first]
@@ -295,5 +252,6 @@ def _step(link: Link, low: float, high: float) -> Step:
     return Step(link, low * link.length, high * link.length)
 
 
-def _shown(place: Place) -> str:
+def shown(place: Place) -> str:
+    """A place in words: the id, or (x, y) in m."""
     return place if isinstance(place, str) else f"({place[0]:.1f}, {place[1]:.1f})"

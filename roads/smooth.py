@@ -18,12 +18,13 @@ from scipy.linalg import solveh_banded
 
 from .borders import offsets_beside, way_along
 from .curve import PlanarCurve, read_only
-from .edit import sampled
 from .errors import RoadError
-from .road import Lane, Road
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+    from .lane import Lane
+    from .road import Road
 
     Floats = NDArray[np.float64]
 
@@ -181,7 +182,7 @@ def smoothed(road: Road, bound: float) -> tuple[Road, SmoothingReport]:
     fine = np.union1d(road.s, np.linspace(0.0, road.length, int(np.ceil(road.length)) + 1))
     fine = fine[fine < road.length - 1e-9] if road.closed else fine
     s = np.interp(fine, *ends)
-    base = sampled(road, fine, road.reference, fine, closed=road.closed)
+    base = road.laid_along(road.reference, fine, fine)
     place, normal = road.reference.position(fine), road.reference.normal(fine)
 
     def anew(offset: Floats) -> Floats:

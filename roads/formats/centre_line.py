@@ -9,8 +9,8 @@ import numpy as np
 
 from ..errors import RoadError
 from ..road import Road
+from .closing import looks_closed
 from .geodesy import to_degrees, to_plane
-from .path_table import looks_closed
 from .text import read_text, write_whole
 from .xml import LARGEST, Place, parse
 
@@ -148,7 +148,7 @@ def _coordinates(path: Path, geometry: dict[str, Any]) -> Floats:
 
 def _own(path: Path, name: str, lines: dict[str, Floats], properties: dict[str, Any], closed: bool | None, *, in_metres: bool) -> Road:
     from ..curve import PlanarCurve, read_only
-    from ..road import Lane
+    from ..lane import Lane
 
     origin: tuple[float, float] | None = None
     try:
@@ -186,7 +186,7 @@ def _own(path: Path, name: str, lines: dict[str, Floats], properties: dict[str, 
 def _lanes(given: Any, s: Floats, edges: tuple[Floats, Floats]) -> tuple[Any, ...]:
     """Lanes by their offsets; what rounding puts beyond an edge goes back to it."""
     from ..curve import read_only
-    from ..road import Lane
+    from ..lane import Lane
 
     found = []
     for lane in given if isinstance(given, list) else []:

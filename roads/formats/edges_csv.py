@@ -13,10 +13,10 @@ import numpy as np
 from ..borders import offsets_beside
 from ..curve import PlanarCurve, read_only
 from ..errors import RoadError
-from ..road import Lane, Road
-from .path_table import SAME_PLACE, looks_closed
+from ..lane import Lane
+from ..road import Road
+from .closing import SAME_PLACE, closed_key, looks_closed
 from .table import shown
-from .track_csv import closed_key
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..borders import way_along
 from ..errors import RoadError
-from ..network import Link, Network
+from ..links import Link
+from ..network import Network
 
 if TYPE_CHECKING:
     from pathlib import Path

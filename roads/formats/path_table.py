@@ -21,6 +21,7 @@ import numpy as np
 
 from ..errors import RoadError
 from ..road import Road
+from .closing import SAME_PLACE, closed_key, looks_closed
 from .matlab import read_variables
 from .table import LARGEST, read_table, shown
 
@@ -52,8 +53,6 @@ UNITS = {
 #: Columns of a table without names, by their number.
 ORDERS = {4: "x y psi v", 5: "s x y psi v", 6: "s x y psi v kappa", 7: "s x y psi kappa v a"}
 TIMED = "t s x y psi v kappa"
-#: Points closer than this are one, m.
-SAME_PLACE = 1e-6
 
 
 def columns_of(names: list[str]) -> list[str] | None:
@@ -95,8 +94,6 @@ def of_table(table: Table, *, closed: bool | None, lane: float | None, width: fl
     if names is None:
         raise RoadError(f"{table.path}:{table.header}: columns {shown(table.names)}, expected x and y among them, each once")
     if closed is None:
-        from .track_csv import closed_key  # which needs this module
-
         closed = closed_key(table.path, table.keys)
     return _road(table.path, dict(zip(names, table.rows.T, strict=True)), table.keys.get("name"), closed, lane, width)
 
@@ -153,19 +150,6 @@ def _frozen(values: Floats) -> Floats:
     values = np.array(values, dtype=np.float64)
     values.setflags(write=False)
     return values
-
-
-def looks_closed(points: Floats) -> bool:
-    """Whether the way from the last point to the first goes on with the line: little longer than a step and without a sharp turn."""
-    if len(points) <= 3:
-        return False
-    seam = points[0] - points[-1]
-    gap = float(np.hypot(*seam))
-    if gap < SAME_PLACE:
-        return True
-    directions = (step / max(float(np.hypot(*step)), SAME_PLACE) for step in (points[-1] - points[-2], points[1] - points[0]))
-    longest = float(np.max(np.hypot(*np.diff(points, axis=0).T)))
-    return gap <= 1.5 * longest and all(float(direction @ seam) > 0.5 * gap for direction in directions)
 
 
 def _from_mat(path: Path) -> tuple[dict[str, Floats], str | None]:

@@ -18,8 +18,9 @@ import numpy as np
 
 from ..crossing import mutual_crossings, self_crossings
 from ..errors import RoadError
-from ..road import Lane, Road
-from .path_table import SAME_PLACE, looks_closed
+from ..lane import Lane
+from ..road import Road
+from .closing import SAME_PLACE, closed_key, looks_closed
 from .table import shown
 from .text import write_whole
 
@@ -154,14 +155,6 @@ def _columns(table: Table) -> list[str]:
             f"{table.path}:{table.header}: columns {shown(words)}, expected {','.join(REQUIRED)} and perhaps {', '.join(OPTIONAL)}, each once"
         )
     return words
-
-
-def closed_key(path: Path, keys: dict[str, str]) -> bool | None:
-    """What the line `# closed:` says, None where there is none."""
-    word = keys.get("closed")
-    if word not in (None, "true", "false"):
-        raise RoadError(f"{path}: closed is {word[:40]!r}, expected true or false")
-    return None if word is None else word == "true"
 
 
 def _lanes(path: Path, keys: dict[str, str]) -> list[tuple[int, float, float]]:

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from ...lane import Lane
     from ...plan_view import Element
-    from ...road import Lane, Road
+    from ...road import Road
 
     Floats = NDArray[np.float64]
 

@@ -13,9 +13,10 @@ from ...borders import narrowed_at, spaced
 from ...curve import PlanarCurve, read_only
 from ...errors import RoadError
 from ...findings import Findings
+from ...lane import Lane
 from ...network import Network
 from ...plan_view import Cubic
-from ...road import Lane, Road
+from ...road import Road
 from ..text import garbage_later
 from .geometry import Shapes
 from .links import links_of
