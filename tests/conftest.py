@@ -13,6 +13,8 @@ import pytest
 import powertrain.symbolic  # noqa: F401  tells CasADi how NumPy functions treat its symbols
 from powertrain import Vehicle, load_vehicle
 
+from .figures import figure, pytest_terminal_summary  # noqa: F401  a fixture, and the section of the summary that it fills
+
 #: Real roads to try the code on; not part of the project. ENERGY_MGR_DATA names the folder, else it is looked for beside the checkout.
 DATA = Path(os.environ.get("ENERGY_MGR_DATA", Path(__file__).parents[2] / "shared" / "data"))
 
