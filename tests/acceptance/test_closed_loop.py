@@ -12,8 +12,10 @@ from .documents import RESULTS, differences, figures, numbers, sentence, table
 #: Distance that the plan keeps between the car's sides and the borders, m: an offset below it crosses none.
 MARGIN = 0.2
 ROADS = tuple(e.PRINTED)
-#: How far documented figures may be off: another processor's last digits move a drive by that much.
+#: How far documented figures may be off: another processor's last digits move a drive by that much. Torque rates add up every tremble, of which
+#: last digits decide most: that of `preview` on `rural` was 3 % apart between two versions whose energies agree to all digits printed.
 DRIVEN = {"digits": 2.0, "share": 5e-3}
+TREMBLING = {"digits": 2.0, "share": 5e-2}
 
 
 def wrong_rows(driven: str, key: str, figure) -> list[str]:
@@ -26,7 +28,7 @@ def wrong_rows(driven: str, key: str, figure) -> list[str]:
         f"{what}, {column}: {words}"
         for what, row in found.items()
         for column, cell in row.items()
-        for words in differences(said[what][column], *numbers(cell), **DRIVEN)
+        for words in differences(said[what][column], *numbers(cell), **(TREMBLING if "torque rate" in column else DRIVEN))
     ]
 
 
