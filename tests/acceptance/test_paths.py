@@ -144,9 +144,8 @@ def judged(first: int, last: int, figure) -> Counter[str]:
     spare: list[float] = []
     outcomes = Counter(judge(seed, spare, oracle=seed % 4 == 0) for seed in range(first, last))
     counts = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
-    figure(
-        f"hard roads {first} to {last - 1}", (counts, len(gaps), 1e3 * max(gaps)), "{}; of {} measured the worst {:.2f} mm too close", asked="1 mm"
-    )
+    measured = f"{len(spare)} measured, the nearest {1e3 * min(spare):+.2f} mm farther from a border than asked"
+    figure(f"hard roads {first} to {last - 1}", f"{counts}; {measured}", "{}")
     return outcomes
 
 
