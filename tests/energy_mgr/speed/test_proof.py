@@ -232,12 +232,12 @@ def test_the_gap_is_small_on_the_gallery(name: str, factor: float, figure):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", roads.shipped())
 @pytest.mark.parametrize("factor", [1.01, 1.05, 1.15, 1.3, 2.0, 4.0])
-@pytest.mark.parametrize("car", ["romo", "van", "compact"])
+@pytest.mark.parametrize("car", ["romo", "van", "compact", "dual_motor"])
 def test_the_gap_is_small_on_the_gallery_for_all_cars(name: str, factor: float, car: str, figure):
     road = roads.open_road(name)
     limits = SpeedLimits.along(road, plan_path(road, 1.0, kind="lane", extent="road"), load_vehicle(car))
     # where time has next to no price, inverters that lose more under current than at rest make the losses far from convex (docs/theory.md)
-    weak = 0.1 if factor == 4.0 and car != "romo" else 1e-2
+    weak = 0.1 if factor == 4.0 and car != "romo" else 2e-2 if factor == 2.0 and car == "dual_motor" else 1e-2
     check_gap(limits, factor, 1e-4 if car == "romo" and 1.05 <= factor <= 1.3 else weak, figure, f"{name}, {car}")
 
 
