@@ -78,7 +78,7 @@ def sentence(document: str, *words: str) -> str:
     """What stands between two phrases of a document; line breaks count as blanks."""
     text = " ".join(read(document).split())
     start, end = (re.escape(part) for part in words)
-    found = re.search(f"{start}(.*?){end}", text)
+    found = re.search(f"{start}((?:(?!{start}).)*?){end}", text)
     assert found, f"{document} does not say '{words[0]} ... {words[1]}'"
     return found.group(1)
 

@@ -76,7 +76,7 @@ def test_e1_takes_the_printed_energy_with_lighter_wheels(figure):
     assert drive.drive_energy == pytest.approx(59.88e3, rel=0.03)
     above = 100.0 * (drive.drive_energy / 59.88e3 - 1.0)
     said = figures(RESULTS, "closed loop")["E1 in closed loop"]["ours"].split(";")[1]
-    assert not differences(said, drive.drive_energy / 1e3, above, 0.3, **DRIVEN)
+    assert not differences(said.split("with")[0], drive.drive_energy / 1e3, above, **DRIVEN)
 
 
 @pytest.mark.slow
