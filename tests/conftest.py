@@ -14,6 +14,8 @@ from hypothesis import settings
 import powertrain.symbolic  # noqa: F401  tells CasADi how NumPy functions treat its symbols
 from powertrain import Vehicle, load_vehicle
 
+from .figures import figure, pytest_terminal_summary  # noqa: F401  a fixture, and the section of the summary that it fills
+
 # the same examples in every run and on every machine: what fails here fails for who looks into it
 settings.register_profile("same", derandomize=True)
 settings.load_profile("same")

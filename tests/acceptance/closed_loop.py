@@ -56,6 +56,12 @@ def romo() -> Vehicle:
 
 
 @cache
+def lane_change(what: str) -> Drive:
+    """E1 driven in one of the ways of `LANE_CHANGES`."""
+    return simulate(double_lane_change(), romo(), compiled=False, **LANE_CHANGES[what])
+
+
+@cache
 def plans(road: str) -> dict[str, Trajectory]:
     """Trajectories along a shipped road at one arrival time: lane centre by V1 (`reference`), optimal path by V1 (`path_only`), ours (`both`)."""
     compared = energy_mgr.plan(road, romo(), corridor="road").comparison
@@ -137,8 +143,8 @@ def lane_change_table() -> str:
     lam = double_lane_change()
     lines = [f"quasi-static {drive_energy(romo(), lam.s, lam.v).total / 1e3:.2f} kJ, printed 59.88 (physical 59.875, heuristic 59.882)", ""]
     lines += ["| E1 | drives kJ | tyre slip kJ | brake kJ | offset rms, max m |", "|---|---|---|---|---|"]
-    for what, options in LANE_CHANGES.items():
-        drive = simulate(lam, romo(), compiled=False, **options)
+    for what in LANE_CHANGES:
+        drive = lane_change(what)
         energy = drive.ledger.energy
         lines.append(
             f"| {what} | {drive.drive_energy / 1e3:.2f} | {energy['tyre'] / 1e3:.2f} | {energy['brake'] / 1e3:.2f} | "

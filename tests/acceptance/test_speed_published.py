@@ -19,6 +19,7 @@ from energy_mgr.speed.result import energy_of
 from powertrain import load_vehicle
 
 from ..conftest import DATA
+from .documents import RESULTS, differences, sentence
 
 TRACKS = sorted((DATA / "roads" / "tum").glob("*.csv"))
 SHORT = [track for track in TRACKS if track.stem in ("rounded_rectangle", "handling_track")]
@@ -39,12 +40,14 @@ def solvers(track: Path):
 @pytest.mark.skipif(not SHORT, reason=ABSENT)
 @pytest.mark.parametrize("track", SHORT, ids=lambda path: path.stem)
 @pytest.mark.parametrize("car", ["as TUM", "no regen", "regen"])
-def test_28_percent_less_energy_costs_no_more_time_than_published(track: Path, car: str):
+def test_28_percent_less_energy_costs_no_more_time_than_published(track: Path, car: str, figure):
     solver = solvers(track)[car]
     # energy at the wheel is the published measure; with recuperation it is not what is saved
     measure = tum_front.battery if car == "regen" else tum_front.wheel
     found = tum_front.saved(solver, measure, tum_front.LESS)
     assert measure(solver.limits, found) <= (1.0 - tum_front.LESS) * measure(solver.limits, solver.fastest) * (1.0 + 1e-3)
+    later = 100.0 * (found.journey_time / solver.fastest.journey_time - 1.0)
+    figure(f"{track.stem}, {car}: 28 % less energy, later by", (later, found.gap), "{:.2f} %, proven gap {:.1e}", published="2.1 % (Berlin)")
     assert found.journey_time <= 1.021 * solver.fastest.journey_time
     assert found.gap < 1e-2
 
@@ -82,11 +85,14 @@ def test_path_and_speed_save_what_was_asked_for_at_equal_arrival(plan: Plan):
     assert saved >= {"commute": 0.20, "rural": 0.08}[plan.road.name] * compared.reference.energy_kwh
 
 
-def test_no_speed_on_this_path_saves_ten_percent_on_rural():
+def test_no_speed_on_this_path_saves_ten_percent_on_rural(figure):
     # the bound is proven: what is missing to 10 % is not the solver's
     compared = energy_mgr.plan("rural", corridor="road").comparison
     assert compared.both is not None
     assert compared.reference is not None
+    most = 100.0 * (1.0 - compared.both.profile.lower_bound / compared.reference.ledger.total)
+    figure("rural: most that any speed on the sequential path saves, proven", most, "{:.3f} %", asked="10 %")
+    assert not differences(sentence(RESULTS, "the lower bound proves", "to be the most"), most)
     assert compared.both.profile.lower_bound > 0.9 * compared.reference.ledger.total
     assert compared.both.profile.gap < 1e-4
 
@@ -118,13 +124,15 @@ def eco(where: str | Path) -> SpeedProfile:
     return plan_speed(limits, "eco", journey_time=allowed)
 
 
-def check_beside(where: str | Path, method, *, above: float, below: float) -> None:
+def check_beside(where: str | Path, method, figure, *, above: float, below: float) -> None:
     """`eco` takes at most `above` more than a method, at most `below` less, and its proven bound holds for what the other found."""
     limits, allowed = problem(where)
     ours, theirs = eco(where), plan_speed(limits, method, journey_time=allowed)
     assert (ours.status, theirs.status) == ("solved", "solved")
     assert max(ours.journey_time, theirs.journey_time) <= allowed + 1e-5
     found, other = energy_of(limits, ours).total, energy_of(limits, theirs).total
+    name = where if isinstance(where, str) else where.stem
+    figure(f"{name}: eco above {method}, proven gap", (100.0 * (found - other) / abs(other), ours.gap), "{:+.6f} %, {:.1e}", asked="0.2 %")
     assert found <= other + above * abs(other)
     assert found >= other - below * abs(other)
     assert ours.lower_bound <= other + 1e-6 * abs(other)
@@ -133,30 +141,30 @@ def check_beside(where: str | Path, method, *, above: float, below: float) -> No
 
 # asked for: 0.2 % of IPOPT on the true losses; found: 1e-7
 @pytest.mark.parametrize("where", ROADS)
-def test_eco_takes_what_ipopt_takes_on_the_true_losses(where: str):
-    check_beside(where, "nlp", above=1e-6, below=1e-6)
+def test_eco_takes_what_ipopt_takes_on_the_true_losses(where: str, figure):
+    check_beside(where, "nlp", figure, above=1e-6, below=1e-6)
 
 
 @pytest.mark.skipif(not CIRCUITS, reason=ABSENT)
 @pytest.mark.parametrize("where", [pytest.param(x, id=x.stem, marks=() if x.stem in QUICK else pytest.mark.slow) for x in CIRCUITS])
-def test_eco_takes_what_ipopt_takes_on_tracks(where: Path):
-    check_beside(where, "nlp", above=1e-6, below=1e-6)
+def test_eco_takes_what_ipopt_takes_on_tracks(where: Path, figure):
+    check_beside(where, "nlp", figure, above=1e-6, below=1e-6)
 
 
 @pytest.mark.parametrize("where", ROADS)
-def test_eco_takes_what_cone_programmes_take(where: str):
-    check_beside(where, "socp", above=1e-6, below=1e-5)
+def test_eco_takes_what_cone_programmes_take(where: str, figure):
+    check_beside(where, "socp", figure, above=1e-6, below=1e-5)
 
 
 # dynamic programming knows nothing of derivatives; its grid costs it up to 0.1 %
 @pytest.mark.slow
 @pytest.mark.parametrize("where", ROADS)
-def test_eco_takes_no_more_than_dynamic_programming(where: str):
-    check_beside(where, "dp", above=0.0, below=2e-3)
+def test_eco_takes_no_more_than_dynamic_programming(where: str, figure):
+    check_beside(where, "dp", figure, above=0.0, below=2e-3)
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not CIRCUITS, reason=ABSENT)
 @pytest.mark.parametrize("where", CIRCUITS, ids=lambda path: path.stem)
-def test_eco_takes_no_more_than_dynamic_programming_on_tracks(where: Path):
-    check_beside(where, "dp", above=0.0, below=2e-3)
+def test_eco_takes_no_more_than_dynamic_programming_on_tracks(where: Path, figure):
+    check_beside(where, "dp", figure, above=0.0, below=2e-3)

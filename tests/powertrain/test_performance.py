@@ -30,10 +30,14 @@ def test_without_resistance_acceleration_is_torque_then_power(romo: Vehicle):
     assert rest == pytest.approx(0.5 * mass * (27.7**2 - base**2) / 64e3, rel=1e-5)
 
 
-def test_the_romo_reaches_the_published_speeds(romo: Vehicle):
+def test_the_romo_reaches_the_published_speeds(romo: Vehicle, figure):
     """Table C.3: 100 km/h; 0 to 80 km/h in about 10 s. The check of the specification, without resistances and wheel inertia, has 9.6 s."""
     assert top_speed(romo) == pytest.approx(100.0 / 3.6)
-    assert acceleration_time(romo, 80.0 / 3.6) == pytest.approx(10.0, rel=0.1)
+    free = msgspec.structs.replace(romo.resistance, drag_coefficient=0.0, rolling_0=0.0, rolling_1=0.0, rolling_4=0.0)
+    bare = msgspec.structs.replace(romo, resistance=free, chassis=msgspec.structs.replace(romo.chassis, wheel_inertia_kgm2=0.0))
+    found = acceleration_time(romo, 80.0 / 3.6), acceleration_time(bare, 80.0 / 3.6)
+    figure("0 to 80 km/h of ROMO, without resistances and wheel inertia", found, "{:.2f} s, {:.2f} s", published="about 10 s")
+    assert found == pytest.approx((10.6, 9.6), abs=0.06)
 
 
 def test_top_speed_is_where_force_and_resistance_meet(romo: Vehicle):
@@ -108,14 +112,16 @@ def test_shipped_cars_consume_about_what_is_published(name: str, published: floa
     assert consumption(load_vehicle(name), "wltc_3b").consumption / 36.0 == pytest.approx(published, rel=0.1)
 
 
-def test_range_is_of_the_published_order(romo: Vehicle):
+def test_range_is_of_the_published_order(romo: Vehicle, figure):
     """Published: about 100 km of 13 to 14 kWh, on which cycle is not said. Ours: 139 km of 80 % of 13.5 kWh on FTP-75, its own cycle.
 
     100 km would need 1 kW more of auxiliaries, which a research car's computers may well take; nothing in the source says so.
     """
     ledger = consumption(romo, "ftp75")
-    assert ledger.range(0.8 * 13.5 * 3.6e6) / 1e3 == pytest.approx(139.0, abs=2.0)
+    way = figure("range of ROMO, FTP-75, 80 % of 13.5 kWh", ledger.range(0.8 * 13.5 * 3.6e6) / 1e3, "{:.0f} km", published="100 km")
+    assert way == pytest.approx(139.0, abs=1.0)
     more = (0.8 * 13.5 * 3.6e6 / 100e3 - ledger.consumption) * ledger.distance / ledger.duration
+    figure("auxiliaries that would make it 100 km", more / 1e3, "{:.2f} kW more")
     assert 0.7e3 < more < 1.2e3
 
 

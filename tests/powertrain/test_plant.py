@@ -24,11 +24,12 @@ def drive(plant: Plant, seconds: float, seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", shipped())
-def test_every_joule_from_the_charge_to_the_road_is_accounted_for(name: str):
+def test_every_joule_from_the_charge_to_the_road_is_accounted_for(name: str, figure):
     """1e-9 of what passed through each part, over 12 s of changing torque, braking, steering and slope."""
     plant = Plant(load_vehicle(name), speed=12.0)
     drive(plant, 12.0, 11)
     ledger = plant.ledger()
+    figure(f"{name}: energy that does not add up, worst part", max(ledger.imbalance.values()), "{:.1e}", asked="1e-9")
     assert max(ledger.imbalance.values()) < 1e-9, ledger
     assert min(ledger.energy[loss] for loss in LOSSES) >= 0.0
     assert ledger.unserved == 0.0
@@ -87,13 +88,14 @@ def test_the_bus_closes_at_full_torque_with_cold_and_empty_cells(soc: float, tem
 
 
 @pytest.mark.parametrize("name", shipped())
-def test_a_full_stop_closes_but_for_the_integrator_at_the_kink_of_dry_friction(name: str):
+def test_a_full_stop_closes_but_for_the_integrator_at_the_kink_of_dry_friction(name: str, figure):
     """Wheels that lock and come to rest: the step of 1 ms leaves up to 5e-8 of the body's energy there, and 1e-9 nowhere else."""
     plant = Plant(load_vehicle(name), speed=25.0)
     u = np.array(plant.body.command(brake_cmd=1e5))
     for _ in range(4500):
         plant.step(u)
     ledger = plant.ledger()
+    figure(f"{name}: the same of the body, locked wheels come to rest", ledger.imbalance["body"], "{:.1e}")
     assert max(ledger.imbalance[part] for part in ("battery", "bus")) < 1e-9
     assert ledger.imbalance["body"] < 1e-7
     assert min(ledger.energy[loss] for loss in LOSSES) >= 0.0

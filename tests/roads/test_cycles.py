@@ -22,9 +22,10 @@ PUBLISHED = {
 
 
 @pytest.mark.parametrize("name", sorted(PUBLISHED))
-def test_cycles_have_their_published_length_duration_and_top_speed(name: str):
+def test_cycles_have_their_published_length_duration_and_top_speed(name: str, figure):
     length, duration, top, within = PUBLISHED[name]
     cycle = cycles.load(name)
+    figure(f"{name}: length", cycle.distance / 1000.0, "{:.4f} km", published=f"{length:.3f} km")
     assert cycle.distance / 1000.0 == pytest.approx(length, rel=within)
     assert cycle.duration == duration
     assert np.max(cycle.v) * 3.6 == pytest.approx(top, abs=0.01)

@@ -113,16 +113,18 @@ def test_curve_is_smooth_to_the_second_derivative_where_the_equalities_hold(bend
         assert np.allclose(left, right, atol=1e-6)
 
 
-def test_sizes_are_those_of_the_publication():
+def test_sizes_are_those_of_the_publication(figure):
     # 88 knots and 3 control points: A 176 x 264 and 698 inequalities, control points and both bounds on every fraction counted
     road = roads.open_road("descent")
     problem = problem_on(road, spacing=road.length / 87, control_points=3)
     assert len(problem.q) == 88
     matrix, _ = problem.equalities
+    inequalities = 2 * problem.rows.matrix.shape[0] + 2 * 88
+    figure("P1 sizes", (*matrix.shape, inequalities), "A {} x {}, {} inequalities", published="A 176 x 264, 698 inequalities")
     # the publication's four end conditions, and the places of both ends, which are fixed by two rows more
     assert matrix.shape == (176 + 2, 264)
     assert np.linalg.matrix_rank(matrix.toarray()) == 178
-    assert 2 * problem.rows.matrix.shape[0] + 2 * 88 == 2 * 3 * 87 + 2 * 88 == 698
+    assert inequalities == 2 * 3 * 87 + 2 * 88 == 698
 
 
 def test_ends_of_an_open_road_lie_on_the_lane_along_the_road(bend: Road):

@@ -209,12 +209,13 @@ def test_no_multipliers_at_all_give_a_weak_bound_that_the_solution_improves():
     assert profile.lower_bound > weak + 0.05 * abs(profile.lower_bound)
 
 
-def check_gap(limits: SpeedLimits, factor: float, most: float) -> None:
+def check_gap(limits: SpeedLimits, factor: float, most: float, figure, what: str) -> None:
     profile = eco_profile(limits, factor * EcoSolver(limits).least_time)
     check_profile(limits, profile.v, profile.brake)
     total = energy_of_profile(limits, profile)
     ledger = drive_energy(limits.vehicle, limits.s, profile.v, limits.z, 0.0 if profile.brake is None else profile.brake)
     moved = sum(abs(part) for part in ledger.components.values())
+    figure(f"proven gap: {what}, {factor:g} of the least time", profile.gap, "{:.1e}", asked=f"{most:g}")
     assert profile.lower_bound <= total * (1 + 1e-9)
     assert profile.gap == pytest.approx(max(total - profile.lower_bound, 0.0) / moved, abs=1e-12)
     assert 0.0 <= profile.gap < most
@@ -222,31 +223,31 @@ def check_gap(limits: SpeedLimits, factor: float, most: float) -> None:
 
 @pytest.mark.parametrize("name", roads.shipped())
 @pytest.mark.parametrize("factor", [pytest.param(1.05, marks=SLOW), 1.3])
-def test_the_gap_is_small_on_the_gallery(name: str, factor: float):
+def test_the_gap_is_small_on_the_gallery(name: str, factor: float, figure):
     road = roads.open_road(name)
     limits = SpeedLimits.along(road, plan_path(road, 1.0, kind="lane", extent="road"), ROMO, step=5.0)
-    check_gap(limits, factor, 1e-4)
+    check_gap(limits, factor, 1e-4, figure, f"{name}, romo")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", roads.shipped())
 @pytest.mark.parametrize("factor", [1.01, 1.05, 1.15, 1.3, 2.0, 4.0])
-@pytest.mark.parametrize("car", ["romo", "van", "compact"])
-def test_the_gap_is_small_on_the_gallery_for_all_cars(name: str, factor: float, car: str):
+@pytest.mark.parametrize("car", ["romo", "van", "compact", "dual_motor"])
+def test_the_gap_is_small_on_the_gallery_for_all_cars(name: str, factor: float, car: str, figure):
     road = roads.open_road(name)
     limits = SpeedLimits.along(road, plan_path(road, 1.0, kind="lane", extent="road"), load_vehicle(car))
     # where time has next to no price, inverters that lose more under current than at rest make the losses far from convex (docs/theory.md)
-    weak = 0.1 if factor == 4.0 and car != "romo" else 1e-2
-    check_gap(limits, factor, 1e-4 if car == "romo" and 1.05 <= factor <= 1.3 else weak)
+    weak = 0.1 if factor == 4.0 and car != "romo" else 2e-2 if factor == 2.0 and car == "dual_motor" else 1e-2
+    check_gap(limits, factor, 1e-4 if car == "romo" and 1.05 <= factor <= 1.3 else weak, figure, f"{name}, {car}")
 
 
 @pytest.mark.parametrize("extra", ["brakes", "battery", *(pytest.param(name, marks=SLOW) for name in ("plain", "grip", "jerk", "stop", "all"))])
 @pytest.mark.parametrize("car", ["romo", *(pytest.param(car, marks=SLOW) for car in ("van", "odd"))])
-def test_the_gap_is_below_one_percent_with_any_kind_of_limit(extra: str, car: str):
+def test_the_gap_is_below_one_percent_with_any_kind_of_limit(extra: str, car: str, figure):
     # the proof leaves battery power out: where that binds beside brakes and grip, or for a car whose losses are far from convex, it is weaker
     most = 0.1 if extra == "all" or car == "odd" else 1e-2
     for factor in (1.05, 1.5):
-        check_gap(hilly(CARS[car], EXTRAS[extra]), factor, most)
+        check_gap(hilly(CARS[car], EXTRAS[extra]), factor, most, figure, f"hills, {car}, {extra}")
 
 
 @pytest.mark.parametrize("factor", [1.05, 1.3, 2.0])

@@ -109,22 +109,33 @@ def drive(steer, speed: float, seconds: float, kind: type[DoubleTrack] = DoubleT
     return dict(zip(("yaw_rate", "lateral_acceleration", "roll"), np.array(rows).T, strict=True))
 
 
-def agree(signal, speed: float, theirs, seconds: float, lateral: float = 0.05) -> dict[str, np.ndarray]:
+def agree(signal, speed: float, theirs, seconds: float, figure, lateral: float = 0.05) -> dict[str, np.ndarray]:
     """5 % of the peak at every instant; that is what was asked for in the linear range. `lateral`: the same for the lateral acceleration."""
     whole, alike = drive(signal, speed, seconds), drive(signal, speed, seconds, AsMultiBody)
-    for ours, name in ((whole, "yaw_rate"), (alike, "yaw_rate"), (alike, "lateral_acceleration")):
+    what = f"against MB, {signal.__qualname__.split('.')[0]} at {speed:g} m/s"
+
+    def off(ours: dict[str, np.ndarray], name: str) -> np.ndarray:
         expected = getattr(theirs, name)
-        share = lateral if name == "lateral_acceleration" else 0.05
-        assert np.max(np.abs(ours[name] - expected)) < share * np.max(np.abs(expected)), name
+        return 100.0 * np.abs(ours[name] - expected) / np.max(np.abs(expected))
+
+    yaw_rate = max(np.max(off(ours, "yaw_rate")) for ours in (whole, alike))
+    acceleration = np.max(off(alike, "lateral_acceleration"))
+    figure(f"{what}: yaw rate, lateral acceleration", (yaw_rate, acceleration), "{:.1f} %, {:.1f} %", asked="5 %")
+    # not asserted: what the other model leaves out, which is over half a second after a step, that comes at 0.1 s
+    rolling = off(whole, "lateral_acceleration")
+    late = np.arange(len(rolling)) * 0.005 > 0.6
+    figure(f"{what}: lateral acceleration with roll, after half a second", (np.max(rolling), np.max(rolling[late])), "{:.0f} %, {:.1f} %")
+    assert yaw_rate < 5.0
+    assert acceleration < 100.0 * lateral
     return whole
 
 
 @pytest.mark.parametrize("speed", [10.0, 20.0, 30.0])
-def test_step_steer_agrees_with_the_multi_body_model(speed: float):
+def test_step_steer_agrees_with_the_multi_body_model(speed: float, figure):
     amplitude = reference.steer_for(P, "mb", speed, 2.0)
     theirs = reference.simulate(P, "mb", np.arange(0.0, 3.0 + 1e-9, 0.005), step(amplitude), speed)
     # at 10 m/s the acceleration has a peak, 50 % above its end, as sharp as the corner of the ramp: 6.7 % there for some hundredths of a second
-    ours = agree(step(amplitude), speed, theirs, 3.0, lateral=0.07 if speed == 10.0 else 0.05)
+    ours = agree(step(amplitude), speed, theirs, 3.0, figure, lateral=0.07 if speed == 10.0 else 0.05)
     for name in ("yaw_rate", "lateral_acceleration"):
         assert ours[name][-1] == pytest.approx(getattr(theirs, name)[-1], rel=0.01)
     # their z axis points down
@@ -132,22 +143,26 @@ def test_step_steer_agrees_with_the_multi_body_model(speed: float):
 
 
 @pytest.mark.parametrize(("signal", "speed"), [(single_sine, 10.0), (single_sine, 20.0), (single_sine, 30.0), (double_sine, 20.0)])
-def test_lane_changes_agree_with_the_multi_body_model(signal, speed: float):
+def test_lane_changes_agree_with_the_multi_body_model(signal, speed: float, figure):
     amplitude = reference.steer_for(P, "mb", speed, 3.0)
     theirs = reference.simulate(P, "mb", np.arange(0.0, 6.0 + 1e-9, 0.005), signal(amplitude), speed)
-    agree(signal(amplitude), speed, theirs, 6.0)
+    agree(signal(amplitude), speed, theirs, 6.0, figure)
 
 
 @pytest.mark.parametrize("speed", [10.0, 20.0, 30.0])
-def test_steady_circles_agree_with_the_multi_body_model_and_its_gradient(speed: float):
+def test_steady_circles_agree_with_the_multi_body_model_and_its_gradient(speed: float, figure):
     steers = np.array([reference.steer_for(P, "mb", speed, a) for a in (0.5, 1.0, 2.0)])
     theirs = reference.sweep_steer(P, "mb", speed, steers)
     ours = [drive(step(float(steer)), speed, 6.0) for steer in steers]
     yaw_rate = np.array([one["yaw_rate"][-1] for one in ours])
+    off = 100.0 * np.max(np.abs(yaw_rate / theirs.yaw_rate - 1.0))
+    figure(f"against MB, steady circles at {speed:g} m/s: yaw rate", off, "{:.2f} %", asked="5 %")
     assert yaw_rate == pytest.approx(theirs.yaw_rate, rel=0.01)
     gradient = np.polyfit(yaw_rate * speed, steers - (P.a + P.b) * yaw_rate / speed, 1)[0]
     # 0.113 mrad/(m/s^2) by the closed form of the matched stiffness; MB's tyres begin to saturate, and at 10 m/s large angles shift the geometry
     if speed > 15.0:
+        gradients = tuple(1e3 * value for value in (gradient, theirs.understeer_gradient, 0.1131e-3))
+        figure(f"understeer gradient at {speed:g} m/s: ours, MB's, closed form", gradients, "{:.3f}, {:.3f}, {:.3f} mrad s²/m")
         assert gradient == pytest.approx(theirs.understeer_gradient, abs=0.03e-3)
         assert gradient == pytest.approx(0.1131e-3, abs=0.03e-3)
 

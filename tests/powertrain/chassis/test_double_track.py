@@ -96,12 +96,13 @@ def test_halving_the_step_shrinks_the_error_sixteenfold():
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.15, -0.15])
-def test_a_braked_car_stays_where_it_is(slope: float):
+def test_a_braked_car_stays_where_it_is(slope: float, figure):
     u = PLANT.command(brake_cmd=400.0, grade=slope)
     clamped = {f"clamp_{wheel}": 400.0 for wheel in WHEELS}
     x = settle(PLANT, MACHINE, PLANT.initial(0.0, **clamped), u, 3.0)
     rest = named(PLANT, settle(PLANT, MACHINE, x, u, 60.0))
     assert np.all(np.isfinite(list(rest.values())))
+    figure(f"creep of a braked car in a minute, slope {slope:g}", 1e3 * abs(rest["x"] - named(PLANT, x)["x"]), "{:.4f} mm", asked="1 mm")
     # a millimetre in a minute is what was asked for
     assert abs(rest["x"] - named(PLANT, x)["x"]) < 2e-5
     assert abs(rest["v_x"]) < 1e-7
@@ -136,7 +137,7 @@ def test_left_and_right_are_mirror_images():
 
 
 @pytest.mark.parametrize("name", shipped())
-def test_small_steering_angles_turn_the_car_as_the_linear_bicycle_says(name: str):
+def test_small_steering_angles_turn_the_car_as_the_linear_bicycle_says(name: str, figure):
     """r = v delta / (L + K v^2): closed form in the linear limit, reached at 0.1 m/s^2.
 
     Without driving resistances: rolling resistance of the heavier outer wheels turns the car out by 0.5 % (ROMO), which the bicycle cannot know.
@@ -151,6 +152,7 @@ def test_small_steering_angles_turn_the_car_as_the_linear_bicycle_says(name: str
     x, _ = at_constant_speed(plant, machine, v, {"steer_cmd_fl": delta, "steer_cmd_fr": delta}, 12.0)
     state = named(plant, x)
     expected = state["v_x"] * delta / (body.wheelbase_m + understeer_gradient(vehicle) * state["v_x"] ** 2)
+    figure(f"{name}: yaw rate off the closed form in the linear limit", abs(state["yaw_rate"] / expected - 1.0), "{:.1e}")
     assert state["yaw_rate"] == pytest.approx(expected, rel=1e-3)
 
 
