@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import roads
+from roads.editing.smooth import smooth_points
 from roads.gallery.shelf import find
-from roads.smooth import smooth_points
 
 DATA = Path(os.environ.get("ENERGY_MGR_DATA", Path(__file__).parents[2] / "shared" / "data")) / "roads" / "opendrive"
 TILES = 24

@@ -8,7 +8,7 @@ import numpy as np
 
 import roads
 from energy_mgr import SpeedLimits, plan_path
-from energy_mgr.speed.parts import Part
+from energy_mgr.speed.bounds.parts import Part
 from powertrain import load_vehicle
 from roads import Road
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from .energy.performance import acceleration_time, best_point, steepest_slope, top_speed, understeer_gradient
 from .errors import VehicleError
-from .performance import acceleration_time, best_point, steepest_slope, top_speed, understeer_gradient
 from .vehicle import GRAVITY, Vehicle, load_vehicle
 
 if TYPE_CHECKING:

@@ -21,9 +21,9 @@ from .battery import PackModel, load_cell
 from .chassis.double_track import DoubleTrack
 from .chassis.flows import ELECTRIC, FLOWS, KEPT, SINKS, SOURCES, flows, kept
 from .chassis.machine import Machine
+from .description.sections import Battery, Electrics
+from .drive.supply import converter_input, converter_loss
 from .errors import VehicleError
-from .sections import Battery, Electrics
-from .supply import converter_input, converter_loss
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import msgspec
 import numpy as np
 
+from .description.sections import NotNegative, Positive
 from .errors import VehicleError
-from .sections import NotNegative, Positive
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

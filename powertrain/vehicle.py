@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import msgspec
 
+from .description.sections import Battery, Body, Brakes, Chassis, Drive, Electrics, Limits, Resistance, Section, Steering, TyreFile
+from .description.toml_file import find, on_shelf, read_toml
 from .errors import VehicleError
-from .sections import Battery, Body, Brakes, Chassis, Drive, Electrics, Limits, Resistance, Section, Steering, TyreFile
-from .toml_file import find, on_shelf, read_toml
 from .tyre.linear import LinearTyre
 from .tyre.magic import MagicTyre
 
@@ -50,7 +50,7 @@ class Vehicle(Section, frozen=True, kw_only=True):
             ValueError: with the speed and the torques.
         """
         if self.drive.weakening is not None:
-            from .machine import unreachable
+            from .drive.machine import unreachable
 
             if words := unreachable(self.drive, self.limits.speed_max_mps * self.motor_ratio):
                 raise ValueError(words)
@@ -112,7 +112,7 @@ def _with_files(vehicle: Vehicle, folder: Path) -> Vehicle:
     """
     changes: dict[str, Any] = {}
     if vehicle.drive.map is not None:
-        from .motor_map import read_map
+        from .drive.motor_map import read_map
 
         file = str(folder / vehicle.drive.map)
         changes["drive"] = msgspec.structs.replace(read_map(file).drive(vehicle.drive), map=file)

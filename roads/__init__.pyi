@@ -1,9 +1,9 @@
 from . import cycles as cycles
-from .builder import RoadBuilder as RoadBuilder
+from .editing.builder import RoadBuilder as RoadBuilder
 from .corridor import Corridor as Corridor
 from .corridor import Narrowing as Narrowing
-from .curve import PlanarCurve as PlanarCurve
-from .edit import join as join
+from .geometry.curve import PlanarCurve as PlanarCurve
+from .editing.edit import join as join
 from .errors import RoadError as RoadError
 from .findings import Finding as Finding
 from .formats import read as read
@@ -12,12 +12,12 @@ from .formats import write as write
 from .gallery import open_road as open_road
 from .gallery import shipped as shipped
 from .lane import Lane as Lane
-from .links import Link as Link
-from .network import Network as Network
-from .network_builder import NetworkBuilder as NetworkBuilder
+from .networks.links import Link as Link
+from .networks.network import Network as Network
+from .editing.network_builder import NetworkBuilder as NetworkBuilder
 from .road import Road as Road
-from .smooth import smoothed as smoothed
-from .tracker import Tracker as Tracker
+from .editing.smooth import smoothed as smoothed
+from .geometry.tracker import Tracker as Tracker
 
 __all__ = [
     "Corridor",

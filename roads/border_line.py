@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .corridor import Corridor
-    from .curve import PlanarCurve
+    from .geometry.curve import PlanarCurve
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.intp]

@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .curve import PlanarCurve
+    from .geometry.curve import PlanarCurve
 
     Floats = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from .formats.registry import NETWORKS, read, read_network
 if TYPE_CHECKING:
     from os import PathLike
 
-    from .network import Network
+    from .networks.network import Network
     from .road import Road
 
 #: Beyond these a public road is unusual: radius m, slope, lane width m, kink of the height (change of slope within a metre).

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .curve import read_only
 from .errors import RoadError
+from .geometry.curve import read_only
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

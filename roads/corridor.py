@@ -13,7 +13,7 @@ from .errors import RoadError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from .curve import PlanarCurve
+    from .geometry.curve import PlanarCurve
 
     Floats = NDArray[np.float64]
 

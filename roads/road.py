@@ -11,9 +11,9 @@ import numpy as np
 from . import columns
 from .borders import spaced
 from .corridor import Corridor
-from .curve import PlanarCurve, read_only
-from .curve_parts import backwards, part_of
 from .errors import RoadError
+from .geometry.curve import PlanarCurve, read_only
+from .geometry.curve_parts import backwards, part_of
 from .lane import Lane, covered
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from scipy.interpolate import PchipInterpolator
 
-    from .plan_view import Element
+    from .geometry.plan_view import Element
 
     Floats = NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """The least-energy speed as one writes it down in CasADi at first: all stations at once, derivatives left to CasADi, solved by IPOPT.
 
-The same stations, limits and losses as `energy_mgr.speed.nlp`, which gives IPOPT the derivatives of one interval mapped over all.
+The same stations, limits and losses as `energy_mgr.speed.comparison.nlp`, which gives IPOPT the derivatives of one interval mapped over all.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import numpy as np
 from energy_mgr import SpeedLimits
 from energy_mgr.speed import SpeedProfile, fastest_profile
 from powertrain import driving_resistance
-from powertrain.balance import balance
-from powertrain.motor import gear_factor, inverter_factor
+from powertrain.energy.balance import balance
+from powertrain.energy.motor import gear_factor, inverter_factor
 from powertrain.symbolic import ca
 
 

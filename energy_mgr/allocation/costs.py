@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from powertrain.motor import copper_factor, motor_losses
-from powertrain.steering import Contact, steering_power
+from powertrain.drive.steering import Contact, steering_power
+from powertrain.energy.motor import copper_factor, motor_losses
 from powertrain.symbolic import ca
 from powertrain.tyre.force import sliding_power
 from powertrain.vehicle import GRAVITY

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from powertrain.motor import motor_losses
+from powertrain.energy.motor import motor_losses
 from powertrain.symbolic import ca
 
 from ..errors import PlanningError

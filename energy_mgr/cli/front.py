@@ -33,8 +33,8 @@ def front_command(road: str, out: Path | None, **options: Any) -> None:
     from roads import RoadError, open_road
 
     from ..errors import PlanningError
-    from ..planning import plan_front
-    from ..report.front import front_table, refuse_suffix, save_front
+    from ..planning.one_call import plan_front
+    from ..report.plan.front import front_table, refuse_suffix, save_front
 
     try:
         options = with_rules(options)

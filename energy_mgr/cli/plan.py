@@ -64,7 +64,7 @@ def plan_command(road: str, out: Path, path_method: Any, knots: str, qp: str, **
 
     Prints a comparison with the lane centre at equal arrival time and writes trajectory.csv, plan.json and plan.png.
     """
-    from ..report.painter import Painter
+    from ..report.plan.painter import Painter
 
     progress = ProgressLine()
     with Painter() as painter:
@@ -75,7 +75,7 @@ def plan_command(road: str, out: Path, path_method: Any, knots: str, qp: str, **
 
         from ..errors import PlanningError
         from ..path import PathOptions
-        from ..planning import plan
+        from ..planning.one_call import plan
         from ..report import comparison_table, save_plan
 
         try:

@@ -68,9 +68,9 @@ def convert_command(
     made = _one_road(file, chosen(options))
     with complaints():
         import roads
+        from roads.editing.smooth import smoothed
         from roads.formats.registry import not_kept
         from roads.gallery.shelf import find
-        from roads.smooth import smoothed
 
         if out.exists() and out.resolve() == find(file).resolve():
             raise click.ClickException(f"{out}: is the file that is read, give another one to write")

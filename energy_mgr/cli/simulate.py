@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
     from powertrain import Vehicle
 
-    from ..planning import Plan
+    from ..planning.one_call import Plan
     from ..simulation import Drive
-    from ..trajectory import Trajectory
+    from ..trajectory.trajectory import Trajectory
 
 #: Exit code of a drive that did not arrive.
 NOT_ARRIVED = 3
@@ -103,8 +103,8 @@ def simulate_command(
     from roads import RoadError
 
     from ..errors import PlanningError
-    from ..report.drive_files import check_place, save_drive
-    from ..report.drive_table import OUTCOMES, drive_table
+    from ..report.drive.files import check_place, save_drive
+    from ..report.drive.table import OUTCOMES, drive_table
 
     try:
         _refuse(options | {"animate_seconds": animate_seconds})
@@ -183,7 +183,7 @@ def _refuse_planning(context: click.Context, file: str) -> None:
 
 
 def _load(file: str) -> Trajectory:
-    from ..trajectory import Trajectory
+    from ..trajectory.trajectory import Trajectory
 
     return Trajectory.load(file)
 
@@ -191,7 +191,7 @@ def _load(file: str) -> Trajectory:
 def _plan(road: str, car: Vehicle, name: str, options: dict[str, Any], report: Callable[[str], None]) -> Plan:
     from roads import open_road
 
-    from ..planning import plan
+    from ..planning.one_call import plan
 
     planning = with_rules({key: value for key, value in options.items() if key not in _DRIVE})
     found = open_road(road, **chosen(planning, name))

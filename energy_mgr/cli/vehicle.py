@@ -77,10 +77,10 @@ def cycle_command(cycle: str, name: str, soc: float, until_empty: bool, out: Pat
         import numpy as np
 
         from powertrain import VehicleError
-        from powertrain.cycle_charge import charge_over_cycle
+        from powertrain.energy.cycle_charge import charge_over_cycle
         from roads import cycles
 
-        from ..report.cycle_table import check_suffix, cycle_table, save_cycle
+        from ..report.vehicle.cycle_table import check_suffix, cycle_table, save_cycle
 
         if out is not None:
             check_suffix(out)

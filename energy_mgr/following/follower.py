@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from powertrain import Vehicle
 
-    from ..trajectory import Trajectory
+    from ..trajectory.trajectory import Trajectory
 
 #: m and m/s: an open path's end is reached, the car stands
 _REACHED, _STANDS = 0.2, 0.03

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from powertrain.resistance import drag_force, rolling_force, slope_force
+from powertrain.energy.resistance import drag_force, rolling_force, slope_force
 
 from ..motion import MotionDemand
 from .projected import DOMAIN_MIN

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from ..trajectory_pieces import TrajectoryPoint
+from ..trajectory.pieces import TrajectoryPoint
 from .smooth import SmoothSpeed
 
 if TYPE_CHECKING:
     from ..motion import VehicleState
-    from ..trajectory import Trajectory
+    from ..trajectory.trajectory import Trajectory
 
 How = Literal["tipi", "newton", "window", "global", "outside"]
 

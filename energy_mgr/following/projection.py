@@ -17,8 +17,8 @@ from .projected import DOMAIN_MIN, How, Line, Projected, offsets_from
 from .search import TIE, Found, around, nearest
 
 if TYPE_CHECKING:
-    from ..trajectory import Trajectory
-    from ..trajectory_pieces import TrajectoryPoint
+    from ..trajectory.pieces import TrajectoryPoint
+    from ..trajectory.trajectory import Trajectory
 
 #: m; Newton steps below this are not worth another evaluation
 _CLOSE = 1e-5

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from ..trajectory import Trajectory
+    from ..trajectory.trajectory import Trajectory
 
 #: Time over which is averaged (s), and least and largest length of the window, m.
 _TIME, _SHORT, _LONG = 0.2, 1.0, 6.0

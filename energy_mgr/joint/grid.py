@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..path.spline import PER_KNOT
+from ..path.problem.spline import PER_KNOT
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

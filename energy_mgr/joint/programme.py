@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sp
 
-from powertrain.balance import KWH, balance
+from powertrain.energy.balance import KWH, balance
 from powertrain.symbolic import ca
 
 from ..errors import SolverError
-from ..path.problem import CURVATURE_SHARE
+from ..path.problem.problem import CURVATURE_SHARE
 from .assembly import Assembled, assemble
 from .grid import Grid
 from .interval import OUTPUTS, Scales, interval_function

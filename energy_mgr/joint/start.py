@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..path import CurvatureProblem, Weights
-from ..path.objective import Objective
 from ..path.planner import TIGHTER
+from ..path.problem.objective import Objective
+from ..path.problem.spline import PER_KNOT
 from ..path.solvers import solve
-from ..path.spline import PER_KNOT
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

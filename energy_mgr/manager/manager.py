@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from powertrain.sections import Electrics
-from powertrain.supply import converter_input
+from powertrain.description.sections import Electrics
+from powertrain.drive.supply import converter_input
 from powertrain.vehicle import GRAVITY
 
 from ..allocation import ALLOCATORS, NO_FAULTS, Ahead, Allocation, Faults, Situation
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from powertrain import Vehicle
 
     from ..allocation import Allocator
-    from ..trajectory import Trajectory
+    from ..trajectory.trajectory import Trajectory
 
     Floats = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from powertrain.sections import Steering
+from powertrain.description.sections import Steering
 
 from ..allocation import NO_FAULTS, Faults
 from ..following.law import limited

@@ -1,14 +1,14 @@
 """Curvature minimisation: the gentlest path inside a corridor, planned once or over a receding horizon."""
 
-from .certificate import Certificate, Prover
-from .ends import End
-from .horizon import PathPlanner
-from .objective import Weights
+from .driving.horizon import PathPlanner
+from .driving.receding import receding_path
+from .driving.step import PathState, PathStep
 from .planner import PathOptions, plan_path
-from .problem import CurvatureProblem
-from .receding import receding_path
+from .problem.ends import End
+from .problem.objective import Weights
+from .problem.problem import CurvatureProblem
+from .proof.certificate import Certificate, Prover
 from .result import Path, PathReport
-from .step import PathState, PathStep
 
 __all__ = [
     "Certificate",

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from roads.cubic import PiecewiseCubic
+from roads.geometry.cubic import PiecewiseCubic
 
 from ..errors import InfeasibleError, PlanningError, SolverError
-from .backends import qp_solver
-from .certificate import Certificate, Prover
-from .knots import knots_by_need
-from .problem import CurvatureProblem
+from .problem.knots import knots_by_need
+from .problem.problem import CurvatureProblem
+from .proof.certificate import Certificate, Prover
 from .result import Path, PathReport
 from .solvers import METHODS, solve
+from .solvers.backends import qp_solver
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from roads import Corridor, Narrowing, PlanarCurve, Road
     from roads.road import Extent
 
-    from .ends import End
-    from .objective import Weights
+    from .problem.ends import End
+    from .problem.objective import Weights
     from .solvers import Method, Solution
 
     Floats = NDArray[np.float64]

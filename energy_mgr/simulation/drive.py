@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from powertrain import Vehicle
 
     from ..following import Projected
-    from ..trajectory import Trajectory
+    from ..trajectory.trajectory import Trajectory
 
     Floats = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import msgspec
 
-from powertrain.toml_file import read_toml
+from powertrain.description.toml_file import read_toml
 
 from ..errors import PlanningError
 

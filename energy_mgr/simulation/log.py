@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from powertrain import PlantLedger, Vehicle
 
-    from ..trajectory import Trajectory
+    from ..trajectory.trajectory import Trajectory
     from .events import Event
 
     Floats = NDArray[np.float64]

@@ -1,16 +1,16 @@
 """How fast to drive a path: limits, the fastest profile, the thriftiest one."""
 
 from .battery import BatteryDrive, battery_profile
-from .eco import EcoSolver, eco_profile
-from .forward_backward import fastest_profile, scaled_profile
-from .grip import Grip
-from .horizon import HorizonSpeed, SpeedPlanner
-from .limits import Window
+from .bounds.grip import Grip
+from .bounds.limits import Window
+from .bounds.parts import Arrival, BatteryPower, Comfort, FrictionBrakes, Jerk, Lateral, Motors, Posted, SpeedCap, Stop
+from .bounds.rules import DriveRules
+from .bounds.speed_limits import SpeedLimits
+from .driving.horizon import HorizonSpeed, SpeedPlanner
+from .fastest.forward_backward import fastest_profile, scaled_profile
 from .methods import METHODS, SpeedMethod, plan_speed
-from .parts import Arrival, BatteryPower, Comfort, FrictionBrakes, Jerk, Lateral, Motors, Posted, SpeedCap, Stop
 from .result import Front, SpeedProfile
-from .rules import DriveRules
-from .speed_limits import SpeedLimits
+from .thriftiest.eco import EcoSolver, eco_profile
 
 __all__ = [
     "METHODS",

@@ -15,21 +15,21 @@ import numpy as np
 from powertrain import KWH, Vehicle
 from powertrain.battery import load_cell, states
 from powertrain.battery.availability import available_power, published_power
-from powertrain.cycle_charge import ChargeLedger, charge_over_cycle
-from powertrain.sections import Battery
+from powertrain.description.sections import Battery
+from powertrain.energy.cycle_charge import ChargeLedger, charge_over_cycle
 
 from ..errors import InfeasibleError, PlanningError, SolverError
+from .bounds.forces import ElectricPower
+from .bounds.parts import BatteryPower
 from .checks import arrival_times
-from .eco import EcoSolver
-from .forces import ElectricPower
-from .forward_backward import refuse_too_early
-from .parts import BatteryPower
+from .fastest.forward_backward import refuse_too_early
 from .result import SpeedProfile
+from .thriftiest.eco import EcoSolver
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .speed_limits import SpeedLimits
+    from .bounds.speed_limits import SpeedLimits
 
     Floats = NDArray[np.float64]
 

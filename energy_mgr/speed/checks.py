@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..errors import SolverError
-from .jerk import jerk_of
+from .bounds.jerk import jerk_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .speed_limits import SpeedLimits
+    from .bounds.speed_limits import SpeedLimits
 
     Floats = NDArray[np.float64]
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from ..errors import PlanningError
 from .checks import check_profile
-from .eco import EcoSolver
-from .forward_backward import fastest_profile, scaled_profile
+from .fastest.forward_backward import fastest_profile, scaled_profile
+from .thriftiest.eco import EcoSolver
 
 if TYPE_CHECKING:
+    from .bounds.speed_limits import SpeedLimits
     from .result import SpeedProfile
-    from .speed_limits import SpeedLimits
 
 #: Names of the methods. The first two know no energy; the others need an arrival time (`eco` and `dp` also take a price of time).
 SpeedMethod = Literal["forward-backward", "toppra", "eco", "socp", "dp", "nlp"]
@@ -50,7 +50,7 @@ def _made(limits: SpeedLimits, method: SpeedMethod, journey_time: float | None, 
     if method == "toppra":
         if journey_time is not None:
             raise PlanningError(f"method toppra with time {journey_time:g} s, expected none: it finds the least time")
-        from .time_optimal import toppra_profile
+        from .fastest.time_optimal import toppra_profile
 
         return toppra_profile(limits)
     if price is None and journey_time is None:
@@ -63,18 +63,18 @@ def _made(limits: SpeedLimits, method: SpeedMethod, journey_time: float | None, 
 
 def _least_energy(limits: SpeedLimits, method: SpeedMethod, journey_time: float | None, price: float | None) -> SpeedProfile:
     if method == "dp":
-        from .dp import dp_profile
+        from .comparison.dp import dp_profile
 
         return dp_profile(limits, journey_time, price=price)
     if method == "eco":
-        from .eco import eco_profile
+        from .thriftiest.eco import eco_profile
 
         return eco_profile(limits, journey_time, price=price)
     if method == "socp":
-        from .cone_eco import cone_profile
+        from .comparison.cone_eco import cone_profile
 
         return cone_profile(limits, _given(journey_time))
-    from .nlp import nlp_profile
+    from .comparison.nlp import nlp_profile
 
     return nlp_profile(limits, _given(journey_time))
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from .speed_limits import SpeedLimits
+    from .bounds.speed_limits import SpeedLimits
 
     Floats = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 import msgspec
 import numpy as np
 
+from ..description.sections import NotNegative, Positive
+from ..description.toml_file import dump_toml, find, on_shelf, read_toml
 from ..errors import VehicleError
-from ..sections import NotNegative, Positive
-from ..toml_file import dump_toml, find, on_shelf, read_toml
 from .tables import ZERO_CELSIUS, Table, smallest
 
 if TYPE_CHECKING:

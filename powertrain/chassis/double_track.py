@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..brake import brake_torque, hold_rate
+from ..description.sections import Body, Brakes, Steering
+from ..drive.brake import brake_torque, hold_rate
+from ..drive.machine import torque_limits
+from ..energy.resistance import drag_force, rolling_coefficient
 from ..errors import VehicleError
-from ..machine import torque_limits
-from ..resistance import drag_force, rolling_coefficient
-from ..sections import Body, Brakes, Steering
 from ..vehicle import GRAVITY, Vehicle
 from .wheel import Patch, Wheel, saturated, wheel_on_road
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..brake import brake_torque, hold_rate, stored
-from ..motor import motor_losses
-from ..resistance import drag_force
-from ..steering import Contact, steering_power
+from ..drive.brake import brake_torque, hold_rate, stored
+from ..drive.steering import Contact, steering_power
+from ..energy.motor import motor_losses
+from ..energy.resistance import drag_force
 from ..vehicle import GRAVITY
 from .double_track import WHEELS, DoubleTrack
 

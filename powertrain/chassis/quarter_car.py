@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import msgspec
 import numpy as np
 
-from ..sections import NotNegative, Positive, Section
+from ..description.sections import NotNegative, Positive, Section
 from ..vehicle import GRAVITY
 
 if TYPE_CHECKING:

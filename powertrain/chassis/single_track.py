@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..resistance import drag_force, rolling_coefficient
-from ..sections import Body
+from ..description.sections import Body
+from ..energy.resistance import drag_force, rolling_coefficient
 from ..vehicle import GRAVITY, Vehicle
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from typing import Annotated, Any, NamedTuple, Protocol
 import msgspec
 import numpy as np
 
+from ..description.sections import NotNegative as NotNegative
+from ..description.sections import Positive as Positive
 from ..errors import VehicleError
-from ..sections import NotNegative as NotNegative
-from ..sections import Positive as Positive
 
 Degression = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import RoadError
-from ..formats.table import read_table
+from ..formats.tables.table import read_table
 
 if TYPE_CHECKING:
     from os import PathLike

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..errors import RoadError
 from ..road import Road
-from .closing import looks_closed
 from .geodesy import to_degrees, to_plane
+from .tables.closing import looks_closed
 from .text import read_text, write_whole
 from .xml import LARGEST, Place, parse
 
@@ -147,7 +147,7 @@ def _coordinates(path: Path, geometry: dict[str, Any]) -> Floats:
 
 
 def _own(path: Path, name: str, lines: dict[str, Floats], properties: dict[str, Any], closed: bool | None, *, in_metres: bool) -> Road:
-    from ..curve import PlanarCurve, read_only
+    from ..geometry.curve import PlanarCurve, read_only
     from ..lane import Lane
 
     origin: tuple[float, float] | None = None
@@ -185,7 +185,7 @@ def _own(path: Path, name: str, lines: dict[str, Floats], properties: dict[str, 
 
 def _lanes(given: Any, s: Floats, edges: tuple[Floats, Floats]) -> tuple[Any, ...]:
     """Lanes by their offsets; what rounding puts beyond an edge goes back to it."""
-    from ..curve import read_only
+    from ..geometry.curve import read_only
     from ..lane import Lane
 
     found = []
@@ -205,7 +205,7 @@ def _lanes(given: Any, s: Floats, edges: tuple[Floats, Floats]) -> tuple[Any, ..
 
 def _numbers(given: Any, s: Floats, standard: float) -> Floats:
     """A list of finite numbers as long as `s`, or `standard` everywhere where there is none."""
-    from ..curve import read_only
+    from ..geometry.curve import read_only
 
     if given is None:
         return read_only(np.full(len(s), standard))

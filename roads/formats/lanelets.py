@@ -10,8 +10,8 @@ import numpy as np
 
 from ..borders import way_along
 from ..errors import RoadError
-from ..links import Link
-from ..network import Network
+from ..networks.links import Link
+from ..networks.network import Network
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -10,9 +10,9 @@ from ..errors import RoadError
 if TYPE_CHECKING:
     from os import PathLike
 
-    from ..network import Network
+    from ..networks.network import Network
+    from ..networks.routing import Cost, Place
     from ..road import Road
-    from ..routing import Cost, Place
 
 #: Suffixes of files that hold one road, and of files that hold a network.
 ROADS = (".csv", ".txt", ".mat", ".gpx", ".geojson", ".json")
@@ -100,7 +100,7 @@ def write(road: Road, path: str | PathLike[str]) -> None:
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix == ".csv":
-        from .track_csv import write as write_it
+        from .tables.track_csv import write as write_it
     elif suffix == ".xodr":
         from .opendrive.export import write as write_it
     elif suffix == ".geojson":
@@ -126,7 +126,7 @@ def _one_road(path: Path, suffix: str, *, closed: bool | None, width: float | No
 
         return (read_gpx if suffix == ".gpx" else read_geojson)(path, closed=closed, width=width)
     if suffix == ".mat":
-        from .path_table import read as read_path
+        from .tables.path_table import read as read_path
 
         return read_path(path, closed=closed, lane=lane, width=width)
     if suffix in (".csv", ".txt"):
@@ -136,8 +136,8 @@ def _one_road(path: Path, suffix: str, *, closed: bool | None, width: float | No
 
 def _from_table(path: Path, *, closed: bool | None, width: float | None, lane: float | None) -> Road:
     """A header tells edges, paths and tracks apart; without one, four columns and no widths asked for mean a track."""
-    from . import edges_csv, path_table, track_csv
-    from .table import read_table
+    from .tables import edges_csv, path_table, track_csv
+    from .tables.table import read_table
 
     table = read_table(path)
     if table.names and edges_csv.columns_of(table.names) is not None:

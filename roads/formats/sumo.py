@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ..network import Network
+    from ..networks.network import Network
     from .xml import Node
 
     Floats = NDArray[np.float64]

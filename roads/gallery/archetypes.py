@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..builder import RoadBuilder
+from ..editing.builder import RoadBuilder
+from ..editing.network_builder import NetworkBuilder, bridging
 from ..formats import write
-from ..network_builder import NetworkBuilder, bridging
-from ..plan_view import Clothoid
+from ..geometry.plan_view import Clothoid
 from .shelf import SHELF
 
 if TYPE_CHECKING:

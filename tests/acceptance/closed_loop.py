@@ -17,7 +17,7 @@ import numpy as np
 
 import energy_mgr
 from energy_mgr import Drive, DriveRules, Event, Trajectory, simulate
-from energy_mgr.comparison import KWH
+from energy_mgr.planning.comparison import KWH
 from powertrain import Vehicle, drive_energy, load_vehicle
 
 #: As the source drives: its three PDs, its two-step allocation.

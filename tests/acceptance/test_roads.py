@@ -120,7 +120,7 @@ def test_every_commonroad_file_reads_as_commonroad_io_reads_it(path: Path):
 @pytest.mark.skipif(not TRACKS, reason="real road files are not beside this checkout")
 @pytest.mark.parametrize("path", TRACKS, ids=lambda path: path.stem)
 def test_every_track_reads_is_smoothed_and_written(path: Path, tmp_path: Path):
-    from roads.smooth import smoothed
+    from roads.editing.smooth import smoothed
 
     road = roads.read(path)
     assert road.closed

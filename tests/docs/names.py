@@ -23,7 +23,7 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 def dotted(span: Span) -> list[str]:
-    """`roads.read`, `energy_mgr.speed.nlp.nlp_profile`: modules, and what is in them."""
+    """`roads.read`, `energy_mgr.speed.comparison.nlp.nlp_profile`: modules, and what is in them."""
     if span.kind in ("link", "sh"):
         return []
     return [f"no {name} in the code" for name in _DOTTED.findall(span.text) if not name.endswith(".py") and not _resolves(name)]

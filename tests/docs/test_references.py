@@ -74,7 +74,7 @@ def test_what_docstrings_and_comments_name_is_there(package: str):
         ("`energy-mgr plan rural commute`", "`energy-mgr plan` takes no further commute"),
         ("`--gone 3`", "no command has an option --gone"),
         ("`--corridor gone`", "--corridor: 'gone' is not one of"),
-        ("`energy_mgr.speed.nlp.gone_profile(limits)`", "no energy_mgr.speed.nlp.gone_profile in the code"),
+        ("`energy_mgr.speed.comparison.nlp.gone_profile(limits)`", "no energy_mgr.speed.comparison.nlp.gone_profile in the code"),
         ("```python\nroads.gone('x.xodr')\n```", "no roads.gone in the code"),
         ("::: powertrain.gone\n`powertrain.gone`", "no powertrain.gone in the code"),
         ("`Plaanner.step`", "Plaanner (of `Plaanner.step`) is no word of the code"),

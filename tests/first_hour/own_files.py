@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-import energy_mgr.trajectory_files
+import energy_mgr.trajectory.files
 import roads
 from powertrain.battery import load_cell, simulate
 from powertrain.battery.identify import laboratory
-from roads.network_builder import bridging
+from roads.editing.network_builder import bridging
 
 KMH = 1.0 / 3.6
 WARM = 298.15
@@ -72,7 +72,7 @@ def tour(folder: Path) -> None:
 def raceline(folder: Path) -> None:
     """The path that the first command planned, as a table of s, x, y, psi, v, kappa."""
     planned = energy_mgr.Trajectory.load("out/plan/trajectory.csv")
-    energy_mgr.trajectory_files.write_path_table(planned, folder / "raceline.csv")
+    energy_mgr.trajectory.files.write_path_table(planned, folder / "raceline.csv")
 
 
 def noisy(folder: Path) -> None:

@@ -9,11 +9,11 @@ import pytest
 
 import roads
 from roads import Road, RoadError
+from roads.editing.smooth import smoothed
 from roads.gallery.shelf import find
-from roads.smooth import smoothed
 
 from . import samples
-from .test_opendrive import lane, road, section, write
+from .formats.test_opendrive import lane, road, section, write
 
 
 @pytest.mark.parametrize("name", ["descent", "rural"])

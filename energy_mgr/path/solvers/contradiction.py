@@ -8,11 +8,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import InfeasibleError
-from ..backends import Qp, qp_solver
-from ..spline import PER_KNOT
+from ..problem.spline import PER_KNOT
+from .backends import Qp, qp_solver
 
 if TYPE_CHECKING:
-    from ..problem import CurvatureProblem
+    from ..problem.problem import CurvatureProblem
 
 _NOTHING = sp.csc_matrix((0, 0))
 

@@ -8,13 +8,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import SolverError
-from ..backends import Qp, qp_solver
+from .backends import Qp, qp_solver
 from .contradiction import refuse_contradiction
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..problem import CurvatureProblem
+    from ..problem.problem import CurvatureProblem
 
     Floats = NDArray[np.float64]
 

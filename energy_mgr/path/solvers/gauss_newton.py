@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import InfeasibleError, SolverError
-from ..backends import QP_SCALE, Qp, QpSolution, QpSolver, qp_solver
+from .backends import QP_SCALE, Qp, QpSolution, QpSolver, qp_solver
 from .contradiction import constraints, refuse_contradiction
 from .solution import Solution
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ..objective import Model
-    from ..problem import CurvatureProblem
+    from ..problem.objective import Model
+    from ..problem.problem import CurvatureProblem
 
     Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...errors import PlanningError
-from ..spline import PER_KNOT
+from ..problem.spline import PER_KNOT
 from .feasible import nearest_feasible
 from .solution import Solution
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ..problem import CurvatureProblem
+    from ..problem.problem import CurvatureProblem
 
     Floats = NDArray[np.float64]
 

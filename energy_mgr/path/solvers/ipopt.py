@@ -12,7 +12,7 @@ import numpy as np
 from powertrain.symbolic import ca
 
 from ...errors import SolverError
-from ..spline import PER_KNOT
+from ..problem.spline import PER_KNOT
 from .solution import Solution
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ..problem import CurvatureProblem
+    from ..problem.problem import CurvatureProblem
 
     Floats = NDArray[np.float64]
 
@@ -123,7 +123,7 @@ def _cost(problem: CurvatureProblem, x: Any) -> Any:
 
 def _bends(problem: CurvatureProblem, x: Any) -> Any:
     """Curvature where it is watched, as multiples of what it may be."""
-    from ..problem import CURVATURE_SHARE
+    from ..problem.problem import CURVATURE_SHARE
 
     spline = problem.spline
     which = spline.segment_of(problem.bend_q)

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import PlanningError, SolverError
-from ..backends import QP_SCALE, Qp, qp_solver
-from ..objective import thin_beam
+from ..problem.objective import thin_beam
+from .backends import QP_SCALE, Qp, qp_solver
 from .contradiction import refuse_contradiction
 from .solution import Solution
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ..problem import CurvatureProblem
+    from ..problem.problem import CurvatureProblem
 
     Floats = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ..problem import CurvatureProblem
+    from ..problem.problem import CurvatureProblem
 
     Floats = NDArray[np.float64]
 

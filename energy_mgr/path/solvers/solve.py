@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ..problem import CurvatureProblem
+    from ..problem.problem import CurvatureProblem
     from .solution import Solution
 
     Floats = NDArray[np.float64]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import RoadError
-from ...plan_view import Cubic
+from ...geometry.plan_view import Cubic
 from .records import NOTHING, Cubics, LaneRecord, OpenDrive, RoadEnd, RoadRecord, SectionRecord
 from .writer import write_records
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from ...geometry.plan_view import Element
     from ...lane import Lane
-    from ...plan_view import Element
     from ...road import Road
 
     Floats = NDArray[np.float64]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import RoadError
-from ...plan_view import LONGEST_STEP, PlanView
+from ...geometry.plan_view import LONGEST_STEP, PlanView
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import RoadError
-from ...links import Link
+from ...networks.links import Link
 from .records import DRIVABLE
 
 if TYPE_CHECKING:

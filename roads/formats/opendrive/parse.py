@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import RoadError
-from ...plan_view import Clothoid, Cubic, PlanView
+from ...geometry.plan_view import Clothoid, Cubic, PlanView
 from ..xml import Place, children, only, parse
 from .lanes import cubics_of, sections_of, speed_of
 from .records import Connection, OpenDrive, RoadEnd, RoadRecord
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from ...findings import Findings
-    from ...plan_view import Element
+    from ...geometry.plan_view import Element
     from ..xml import Node
 
 #: Content that changes where a car may drive, or how, and is not read.

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...borders import narrowed_at, spaced
-from ...curve import PlanarCurve, read_only
 from ...errors import RoadError
 from ...findings import Findings
+from ...geometry.curve import PlanarCurve, read_only
+from ...geometry.plan_view import Cubic
 from ...lane import Lane
-from ...network import Network
-from ...plan_view import Cubic
+from ...networks.network import Network
 from ...road import Road
 from ..text import garbage_later
 from .geometry import Shapes

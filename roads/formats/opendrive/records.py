@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ...plan_view import Element
+    from ...geometry.plan_view import Element
 
     Floats = NDArray[np.float64]
 

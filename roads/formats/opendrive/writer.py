@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from lxml import etree
 
-from ...plan_view import Clothoid
+from ...geometry.plan_view import Clothoid
 from ..text import write_whole
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from ...plan_view import Element
+    from ...geometry.plan_view import Element
     from ..xml import Node
     from .records import Connection, Cubics, LaneRecord, OpenDrive, RoadEnd, RoadRecord
 

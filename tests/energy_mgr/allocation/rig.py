@@ -8,7 +8,7 @@ import numpy as np
 from energy_mgr.allocation import Ahead, Allocator, Faults, Layout, Situation
 from energy_mgr.motion import MotionDemand, VehicleState
 from powertrain import Vehicle
-from powertrain.motor import motor_losses
+from powertrain.energy.motor import motor_losses
 
 DT = 0.004
 G = 9.81

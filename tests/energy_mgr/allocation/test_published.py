@@ -8,7 +8,7 @@ from scipy.optimize import lsq_linear
 from energy_mgr.allocation import ALLOCATORS, Situation
 from energy_mgr.motion import MotionDemand, VehicleState
 from powertrain import load_vehicle
-from powertrain.steering import Contact, steering_power
+from powertrain.drive.steering import Contact, steering_power
 from tests.energy_mgr.allocation.rig import DT, Car
 
 #: W_v as published.py has it: yaw accelerations count one and a half times.

@@ -12,7 +12,7 @@ from scipy.optimize import lsq_linear
 from energy_mgr.allocation import ALLOCATORS, Faults, Situation
 from energy_mgr.motion import MotionDemand, VehicleState
 from powertrain import load_vehicle, shipped
-from powertrain.motor import inverter_factor
+from powertrain.energy.motor import inverter_factor
 from tests.energy_mgr.allocation.rig import DT, Car, constant_ahead, led, random_situation
 
 #: How much a miss may be without being told.

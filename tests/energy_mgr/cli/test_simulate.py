@@ -91,7 +91,7 @@ def test_what_is_a_plan_and_what_a_road(plan: Path, tmp_path: Path):
     trajectory = Trajectory.load(plan)
     trajectory.save(tmp_path / "plan.parquet")
     assert _is_plan(str(tmp_path / "plan.parquet"))
-    from energy_mgr.trajectory_files import write_csv, write_path_table
+    from energy_mgr.trajectory.files import write_csv, write_path_table
 
     write_csv(trajectory, tmp_path / "bare.csv", remarks=False)
     assert _is_plan(str(tmp_path / "bare.csv"))
@@ -158,7 +158,7 @@ def test_ctrl_c_leaves_nothing(place: str, plan: Path, tmp_path: Path, monkeypat
     if place == "driving":
         monkeypatch.setattr(EnergyManager, "step", interrupted_step)
     else:
-        monkeypatch.setattr("energy_mgr.report.drive_figure.draw_drive", interrupted_drawing)
+        monkeypatch.setattr("energy_mgr.report.drive.figure.draw_drive", interrupted_drawing)
     try:
         assert main(["simulate", str(plan), "--out", str(tmp_path / "deep" / "out")]) == 130
     finally:

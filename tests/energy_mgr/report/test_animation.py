@@ -11,7 +11,7 @@ from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
 from energy_mgr import PlanningError
-from energy_mgr.report.animation import animate_drive, frame_rows, wheel_forces
+from energy_mgr.report.drive.animation import animate_drive, frame_rows, wheel_forces
 from energy_mgr.simulation import Drive
 from powertrain import Vehicle
 from powertrain.chassis.double_track import DoubleTrack
@@ -76,8 +76,8 @@ def test_gif_has_its_frames_and_pace_and_they_differ(drive: Drive, tmp_path: Pat
 def test_still_parts_look_as_if_everything_were_drawn_anew(drive: Drive, tmp_path: Path):
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    from energy_mgr.report.animation import Canvas
-    from energy_mgr.report.drive_scene import Scene
+    from energy_mgr.report.drive.animation import Canvas
+    from energy_mgr.report.drive.scene import Scene
 
     rows = np.array([0, 600])
     quick, slow = (Scene(drive, wheel_forces(drive, rows), rows, 1.0, None) for _ in range(2))

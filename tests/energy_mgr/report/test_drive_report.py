@@ -10,7 +10,7 @@ import pytest
 
 from energy_mgr import PlanningError
 from energy_mgr.report import draw_drive, drive_table, save_drive
-from energy_mgr.report.drive_table import account, event_words, planned_energy, planned_time
+from energy_mgr.report.drive.table import account, event_words, planned_energy, planned_time
 from energy_mgr.simulation import Drive, Event
 from powertrain import Vehicle, drive_energy
 from roads import RoadBuilder
@@ -129,7 +129,7 @@ def test_what_breaks_while_writing_leaves_the_folder_as_it_was(blow: BaseExcepti
         path.write_bytes(b"half a picture")
         raise blow
 
-    monkeypatch.setattr("energy_mgr.report.drive_figure.draw_drive", broken)
+    monkeypatch.setattr("energy_mgr.report.drive.figure.draw_drive", broken)
     expected = PlanningError if isinstance(blow, Exception) else KeyboardInterrupt
     for folder in (tmp_path, tmp_path / "other"):
         with pytest.raises(expected, match="no ink|cannot be written|^$"):
@@ -138,7 +138,7 @@ def test_what_breaks_while_writing_leaves_the_folder_as_it_was(blow: BaseExcepti
 
 
 def test_places_that_are_taken_are_named_beforehand(tmp_path: Path):
-    from energy_mgr.report import drive_files
+    from energy_mgr.report.drive import files as drive_files
 
     (tmp_path / "drive.png").mkdir()
     with pytest.raises(PlanningError, match=r"drive\.png: is a folder"):

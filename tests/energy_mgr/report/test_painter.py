@@ -9,11 +9,11 @@ import pytest
 from matplotlib.image import imread
 
 from energy_mgr import Plan, PlanningError
-from energy_mgr.planning import plan
+from energy_mgr.planning.one_call import plan
 from energy_mgr.report import draw_plan
-from energy_mgr.report.figure import PlanFigure
-from energy_mgr.report.painter import Painter
-from energy_mgr.report.plan_picture import PlanPicture
+from energy_mgr.report.plan.figure import PlanFigure
+from energy_mgr.report.plan.painter import Painter
+from energy_mgr.report.plan.picture import PlanPicture
 from roads import RoadBuilder
 
 

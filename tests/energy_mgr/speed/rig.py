@@ -7,8 +7,8 @@ import msgspec
 import numpy as np
 
 from energy_mgr.speed import SpeedLimits
-from energy_mgr.speed.parts import Part, standard_parts
-from energy_mgr.speed.stations import Ground, Samples, stations
+from energy_mgr.speed.bounds.parts import Part, standard_parts
+from energy_mgr.speed.bounds.stations import Ground, Samples, stations
 from powertrain import Vehicle, load_vehicle
 
 Floats = np.ndarray

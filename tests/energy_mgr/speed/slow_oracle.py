@@ -6,7 +6,7 @@ from math import cos, sin, sqrt
 import numpy as np
 
 from powertrain import Vehicle, driving_resistance, force_limits, motor_losses
-from powertrain.motor import copper_factor, gear_factor, inverter_factor
+from powertrain.energy.motor import copper_factor, gear_factor, inverter_factor
 from powertrain.vehicle import GRAVITY
 
 #: The package rounds the corner of the grip ellipse by this share of the weight, to the safe side.

@@ -7,8 +7,8 @@ from energy_mgr.speed.battery import battery_powers, instant_powers
 from energy_mgr.speed.result import energy_of
 from powertrain import load_vehicle
 from powertrain.battery import available_power, load_cell, states
-from powertrain.sections import Battery
-from powertrain.supply import converter_input
+from powertrain.description.sections import Battery
+from powertrain.drive.supply import converter_input
 from roads import RoadBuilder
 
 ROMO = load_vehicle("romo")

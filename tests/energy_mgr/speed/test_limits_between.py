@@ -24,9 +24,9 @@ from energy_mgr.speed import (
     fastest_profile,
     scaled_profile,
 )
-from energy_mgr.speed.parts import Part
+from energy_mgr.speed.bounds.parts import Part
 from powertrain import Vehicle, driving_resistance, force_limits, load_vehicle, motor_losses
-from powertrain.supply import converter_input
+from powertrain.drive.supply import converter_input
 from powertrain.vehicle import GRAVITY
 from roads import Road
 from tests.conftest import DATA

@@ -3,7 +3,7 @@
 import numpy as np
 
 from energy_mgr.speed import BatteryPower, Comfort, FrictionBrakes, Grip, Lateral, Motors, Posted, SpeedLimits
-from energy_mgr.speed.parts import Part
+from energy_mgr.speed.bounds.parts import Part
 
 from .rig import ROMO, changed, limits_of
 

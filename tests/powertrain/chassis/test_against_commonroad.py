@@ -19,7 +19,7 @@ import pytest
 
 from powertrain import Vehicle, load_vehicle
 from powertrain.chassis import DoubleTrack, Machine
-from powertrain.sections import Body, Chassis
+from powertrain.description.sections import Body, Chassis
 from powertrain.tyre import LinearTyre
 from powertrain.vehicle import GRAVITY
 

@@ -9,7 +9,7 @@ from powertrain import Vehicle, load_vehicle, shipped
 from powertrain.chassis import DoubleTrack, Machine
 from powertrain.chassis.double_track import WHEELS
 from powertrain.chassis.flows import ELECTRIC, FLOWS, KEPT, SINKS, SOURCES, flows, kept
-from powertrain.performance import axle_stiffness, understeer_gradient
+from powertrain.energy.performance import axle_stiffness, understeer_gradient
 from powertrain.vehicle import GRAVITY
 
 ROMO = load_vehicle("romo")
@@ -168,7 +168,7 @@ def test_loads_carry_the_weight_and_shift_by_the_moment_of_the_centre_of_gravity
 
 
 def test_top_speed_and_sprint_of_the_plant_are_those_of_the_quasi_static_car():
-    from powertrain.performance import acceleration_time
+    from powertrain.energy.performance import acceleration_time
 
     u, x, t = PLANT.command(torque_cmd=160.0), np.array(PLANT.initial(0.0)), 0.0
     while x[PLANT.states.index("v_x")] < 80.0 / 3.6:

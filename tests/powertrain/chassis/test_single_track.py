@@ -5,7 +5,7 @@ import pytest
 
 from powertrain import driving_resistance, load_vehicle
 from powertrain.chassis import DoubleTrack, Machine, SingleTrack
-from powertrain.performance import axle_stiffness, understeer_gradient
+from powertrain.energy.performance import axle_stiffness, understeer_gradient
 from powertrain.symbolic import ca
 
 ROMO = load_vehicle("romo")

@@ -1,0 +1,1 @@
+"""The path while driving: window after window of the road, joined, within a time."""

@@ -1,0 +1,10 @@
+"""The main job: from a road and a car to a thrifty drive, compared with an ordinary one at the same arrival time."""
+
+from powertrain import KWH
+
+from ..request import PlanRequest
+from .comparison import Comparison, Plan, Run, saving_percent
+from .one_call import plan, plan_front
+from .planner import Planner
+
+__all__ = ["KWH", "Comparison", "Plan", "PlanRequest", "Planner", "Run", "plan", "plan_front", "saving_percent"]

@@ -1,0 +1,1 @@
+"""What is told of a drive: table, figure, film, files."""

@@ -1,0 +1,1 @@
+"""What is told of a plan: table, figure, files, and of many: the front."""

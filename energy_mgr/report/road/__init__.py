@@ -1,0 +1,1 @@
+"""What is told of a road or a network."""

@@ -1,0 +1,1 @@
+"""What is told of a car and of its driving cycles."""

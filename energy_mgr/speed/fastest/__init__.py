@@ -1,0 +1,1 @@
+"""The fastest speed: forward and backward, and by TOPP-RA."""

@@ -1,0 +1,1 @@
+"""The speed of least energy: model, method and proof."""

@@ -1,0 +1,1 @@
+"""A car's description: the sections of its TOML file with their ranges, and how files are read."""

@@ -1,0 +1,1 @@
+"""Components and their losses, each from its own section of the description: machines, brakes, steering, supply."""

@@ -1,0 +1,1 @@
+"""What a car's motors and resistances take, and quasi-static energy: over way, over time, out of a battery."""

@@ -1,0 +1,1 @@
+"""Making and changing roads: builders, joining, smoothing."""

@@ -1,0 +1,1 @@
+"""Roads in tables of text or `.mat`: tracks, edges, paths."""

@@ -1,0 +1,185 @@
+"""Path tables: a driven line as columns, in CSV or in MATLAB's .mat (version 5).
+
+Columns by name (`s x y psi v kappa`, with time, height or others among them; units after `_` or in brackets are left aside), or without names
+by order:
+
+    4 columns   x, y, psi, v
+    5 columns   s, x, y, psi, v
+    6 columns   s, x, y, psi, v, kappa
+    7 columns   s, x, y, psi, kappa, v, a           (F1TENTH and TUM racing lines: psi from north)
+                t, s, x, y, psi, v, kappa           (where the first column is a time: it starts at 0 and s is the second)
+
+Only x, y and the height make the road. What else the table holds is kept in `Road.columns`, for comparison. A path has no borders: `lane` and
+`width` give them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...errors import RoadError
+from ...road import Road
+from .closing import SAME_PLACE, closed_key, looks_closed
+from .matlab import read_variables
+from .table import LARGEST, read_table, shown
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from .table import Table
+
+    Floats = NDArray[np.float64]
+
+#: Names of one quantity, in lower case, without units.
+SYNONYMS = {
+    "s": "s", "station": "s", "arclength": "s", "distance": "s",
+    "x": "x", "xm": "x", "east": "x", "easting": "x",
+    "y": "y", "ym": "y", "north": "y", "northing": "y",
+    "z": "z", "height": "z", "elevation": "z",
+    "psi": "psi", "heading": "psi", "yaw": "psi", "theta": "psi",
+    "v": "v", "vx": "v", "speed": "v", "velocity": "v",
+    "kappa": "kappa", "curvature": "kappa",
+    "a": "a", "ax": "a", "t": "t", "time": "t",
+}  # fmt: skip
+#: Units that are read, by quantity; others would be taken for these.
+UNITS = {
+    "s": ("", "m"), "x": ("", "m"), "y": ("", "m"), "z": ("", "m"), "psi": ("", "rad"), "v": ("", "mps", "m/s"),
+    "kappa": ("", "radpm", "rad/m", "1/m", "1pm"), "a": ("", "mps2", "m/s2", "m/s^2"), "t": ("", "s"),
+}  # fmt: skip
+#: Columns of a table without names, by their number.
+ORDERS = {4: "x y psi v", 5: "s x y psi v", 6: "s x y psi v kappa", 7: "s x y psi kappa v a"}
+TIMED = "t s x y psi v kappa"
+
+
+def columns_of(names: list[str]) -> list[str] | None:
+    """Standard names of a header's words; None where x or y is missing or a standard name comes twice."""
+    found = []
+    for name in names:
+        plain = name.lower().split("[")[0].split("(")[0].strip()
+        stem, _, unit = plain.partition("_") if plain.partition("_")[0] in SYNONYMS else (plain, "", "")
+        unit = unit or name.lower().partition("[")[2].strip("] ") or name.lower().partition("(")[2].strip(") ")
+        if SYNONYMS.get(stem) in UNITS and unit not in UNITS[SYNONYMS[stem]]:
+            raise RoadError(f"column {name[:40]} is in {unit[:20]}, expected {' or '.join(filter(None, UNITS[SYNONYMS[stem]]))}")
+        found.append(SYNONYMS.get(stem, plain))
+    return found if found.count("x") == 1 and found.count("y") == 1 and len(set(found)) == len(found) else None
+
+
+def read(path: Path, *, closed: bool | None = None, lane: float | None = None, width: float | None = None) -> Road:
+    """Read a path table as a road about it.
+
+    Args:
+        path: CSV or .mat.
+        closed: True for a circuit, False for an open road, None to let the line `# closed: true` (or `false`) tell, else the gap between its ends.
+        lane: width of the lane that the path is the middle of, m.
+        width: width of the whole road, m; what is left of the lane is a lane for the other direction.
+
+    Raises:
+        RoadError: with place, what was found and what was expected.
+    """
+    if path.suffix.lower() == ".mat":
+        return _road(path, *_from_mat(path), closed, lane, width)
+    return of_table(read_table(path), closed=closed, lane=lane, width=width)
+
+
+def of_table(table: Table, *, closed: bool | None, lane: float | None, width: float | None) -> Road:
+    """As `read`, from a text table."""
+    try:
+        names = columns_of(table.names) if table.names else _by_order(str(table.path), table.rows)
+    except RoadError as error:
+        raise error if str(error).startswith(str(table.path)) else RoadError(f"{table.path}:{table.header}: {error}") from None
+    if names is None:
+        raise RoadError(f"{table.path}:{table.header}: columns {shown(table.names)}, expected x and y among them, each once")
+    if closed is None:
+        closed = closed_key(table.path, table.keys)
+    return _road(table.path, dict(zip(names, table.rows.T, strict=True)), table.keys.get("name"), closed, lane, width)
+
+
+def _by_order(path: str, rows: Floats) -> list[str]:
+    count = rows.shape[1]
+    if count not in ORDERS:
+        raise RoadError(f"{path}: {count} columns without names, expected 4 to 7 (see the documentation of path tables) or a header")
+    if count == 7 and _is_time(rows):
+        return list(TIMED.split())
+    return list(ORDERS[count].split())
+
+
+def _is_time(rows: Floats) -> bool:
+    """Whether columns 3 and 4 move by what column 2 counts: then column 1 is a time."""
+    if len(rows) < 2:
+        return False
+    moved = np.hypot(*np.diff(rows[:, 2:4], axis=0).T)
+    return float(np.sum(np.abs(np.diff(rows[:, 1]) - moved))) < 0.05 * float(np.sum(moved))
+
+
+def _road(path: Path, table: dict[str, Floats], name: str | None, closed: bool | None, lane: float | None, width: float | None) -> Road:
+    if lane is None or width is None:
+        raise RoadError(f"{path}: holds a path without borders, give the width of its lane and of the road (lane and width, m)")
+    if not (0.5 <= lane <= width <= 1e3):
+        raise RoadError(f"{path}: lane {lane} m and width {width} m, expected 0.5 <= lane <= width <= 1000")
+    points = np.column_stack([table["x"], table["y"]])
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    keep = np.append(True, steps > SAME_PLACE)
+    points = points[keep]
+    if closed is None:
+        closed = looks_closed(points)
+    if closed and len(points) > 1 and np.hypot(*(points[0] - points[-1])) < SAME_PLACE:
+        keep[np.flatnonzero(keep)[-1]] = False
+        points = points[:-1]
+    edges = [(1, -0.5 * lane, 0.5 * lane)] + ([(-1, 0.5 * lane, width - 0.5 * lane)] if width - lane > 0.5 else [])
+    more = {key: _frozen(values[keep]) for key, values in table.items() if key not in ("x", "y", "z")}
+    try:
+        return Road.from_points(
+            name or path.stem,
+            points,
+            -0.5 * lane,
+            max(width - 0.5 * lane, 0.5 * lane),
+            closed=closed,
+            height=table["z"][keep] if "z" in table else 0.0,
+            lane_edges=edges,
+            columns=more,
+        )
+    except RoadError as error:
+        raise RoadError(f"{path}: {error}") from None
+
+
+def _frozen(values: Floats) -> Floats:
+    values = np.array(values, dtype=np.float64)
+    values.setflags(write=False)
+    return values
+
+
+def _from_mat(path: Path) -> tuple[dict[str, Floats], str | None]:
+    """The table in a .mat file: one matrix, vectors by name, or a struct of vectors."""
+    values = read_variables(path)
+    if len(values) == 1:
+        (only,) = values.values()
+        if isinstance(only, dict):
+            values = only
+        elif only.ndim == 2 and min(only.shape) > 1:
+            matrix = only.T if only.shape[0] in ORDERS and only.shape[1] not in ORDERS else only
+            _refuse_bad(path, {"matrix": matrix.ravel()})
+            return dict(zip(_by_order(str(path), matrix), matrix.T, strict=True)), None
+    vectors = {key: value.ravel() for key, value in values.items() if not isinstance(value, dict) and max(value.shape) == value.size > 1}
+    try:
+        names = columns_of(list(vectors))
+    except RoadError as error:
+        raise RoadError(f"{path}: {error}") from None
+    lengths = {len(vector) for vector in vectors.values()}
+    if names is None or len(lengths) != 1:
+        kinds = {key: "struct" if isinstance(value, dict) else "x".join(map(str, value.shape)) for key, value in list(values.items())[:12]}
+        shapes = ", ".join(f"{key} ({kind})" for key, kind in kinds.items()) or "no real numeric arrays"
+        raise RoadError(f"{path}: holds {shapes}; expected one matrix of 4 to 7 columns, or vectors of one length with x and y among them")
+    _refuse_bad(path, vectors)
+    return dict(zip(names, vectors.values(), strict=True)), None
+
+
+def _refuse_bad(path: Path, vectors: dict[str, Floats]) -> None:
+    for key, vector in vectors.items():
+        good = np.abs(vector) < LARGEST
+        if not good.all():
+            at = int(np.argmin(good))
+            raise RoadError(f"{path}: {key}[{at}] is {vector[at]}, expected a finite number below {LARGEST:g}")

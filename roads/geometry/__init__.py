@@ -1,0 +1,1 @@
+"""Curves in the plane: cubics, clothoids, nearest places, crossings."""

@@ -1,0 +1,1 @@
+"""Networks of lanes: links, routes, and roads put together along them."""
