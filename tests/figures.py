@@ -21,6 +21,8 @@ Value = TypeVar("Value")
 
 #: Name of the property of a report that carries a figure.
 PROPERTY = "figure"
+#: Widest column that others are aligned to.
+WIDEST = 90
 #: Headings of the columns that every figure has: name, measured, and what was published or asked for.
 COLUMNS = ("figure", "measured", "published or asked", "test")
 
@@ -63,7 +65,8 @@ def pytest_terminal_summary(terminalreporter: TerminalReporter) -> None:
     lines = list(recorded(terminalreporter))
     if not lines:
         return
-    widths = [max(len(line[column]) for line in (COLUMNS, *lines)) for column in range(3)]
+    # a row of a table as one figure is wider than all others, which need not stand so far apart for it
+    widths = [min(max(len(line[column]) for line in (COLUMNS, *lines)), WIDEST) for column in range(3)]
     terminalreporter.section("figures")
     for line in (COLUMNS, *lines):
         terminalreporter.line("  ".join([*(cell.ljust(width) for cell, width in zip(line, widths, strict=False)), line[3]]))

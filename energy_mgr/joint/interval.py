@@ -5,8 +5,8 @@ Path: first and second derivative p, b of the spline at start, middle and end ar
     ds = dq / 6 (|p0| + 4 |pm| + |p1|)        way (Simpson)
     kappa = (p x b) / |p|^3                   curvature (3.11)
 
-Speed: v^2 is linear over the way, with v0 and v1 at the ends. The energy is that of `powertrain.energy.balance`; |tau|, which is not smooth, enters by
-its positive and negative part `pull` and `push`, exact at the optimum because loss grows with both.
+Speed: v^2 is linear over the way, with v0 and v1 at the ends. The energy is that of `powertrain.energy.balance`; |tau|, which is not smooth, enters
+by its positive and negative part `pull` and `push`, exact at the optimum because loss grows with both.
 """
 
 from __future__ import annotations

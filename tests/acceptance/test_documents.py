@@ -3,6 +3,7 @@
 The tables of joint plans and of drives in closed loop are held by `test_joint_savings` and `test_closed_loop`, which take minutes.
 """
 
+import re
 from functools import cache
 
 import pytest
@@ -10,7 +11,7 @@ import pytest
 import energy_mgr
 from energy_mgr.planning.one_call import Plan, saving_percent
 
-from .documents import README, RESULTS, differences, figures, numbers, printed_comparison, sentence, table, units
+from .documents import README, RESULTS, differences, figures, numbers, printed_comparison, read, sentence, table, units
 
 ROADS = ("commute", "rural", "descent")
 EXPERIMENTS = {"commute": "E2", "rural": "E3", "descent": "E4"}
@@ -88,6 +89,17 @@ def test_summary_of_the_closed_loop_is_that_of_its_tables():
     lane_change = numbers(figures(RESULTS, "E1")["ours, physical"]["drives kJ"])
     assert not differences(figures(README, "Reproduced results")["E1, double lane change, energy"]["here"].split(",")[1], *lane_change)
     assert not differences(summary["E1 in closed loop"]["ours"].split(":")[0], *lane_change)
+
+
+def test_each_section_of_the_results_names_the_commands_that_print_its_figures():
+    command = re.compile(r"`(?:pytest|make bench|energy-mgr|python -m)\b[^`]*`")
+    title, *sections = re.split(r"\n#+ ", read(RESULTS))
+    assert "figures" in title
+    assert not [section.splitlines()[0] for section in sections if not command.search(section)]
+    for key, column in (("experiment", "command or test"), ("what", "command"), ("Path", "command")):
+        rows = figures(RESULTS, key)
+        assert all(row[column].startswith(("pytest ", "make bench", "energy-mgr ", "python -m ", "the same")) for row in rows.values()), key
+    assert all(row["command"] for row in figures(README, "Reproduced results").values())
 
 
 def test_a_table_is_found_by_its_first_heading_or_by_the_heading_above_it():

@@ -1,8 +1,8 @@
 """The energy-optimal speed as a nonlinear programme on the true, non-convex losses, through CasADi and IPOPT: the reference for `eco`.
 
 The same stations, limits and energy balance (`powertrain.energy.balance`, evaluated on symbols). Unknown are the speeds at the stations and per
-interval p >= max(F, 0), the pulling part of the motors' force F, and q, the force of the friction brakes where there are any. |F|, which is not smooth, is
-written 2 p - F, exact at the optimum because loss grows with p. Of the bounds on force only those are rows that can bind in an interval.
+interval p >= max(F, 0), the pulling part of the motors' force F, and q, the force of the friction brakes where there are any. |F|, which is not
+smooth, is written 2 p - F, exact at the optimum because loss grows with p. Of the bounds on force only those are rows that can bind in an interval.
 """
 
 from __future__ import annotations
