@@ -84,6 +84,14 @@ def test_limits_are_those_of_the_lane_driven(tmp_path: Path):
     assert np.allclose(made.speed_limit * 3.6, 80.0)
 
 
+def test_a_route_from_the_middle_of_a_lane_meets_limits_where_they_stand(tmp_path: Path):
+    kinds = '<type s="0" type="town"><speed max="50" unit="km/h"/></type>'
+    late = lane(-1, more='<speed sOffset="60" max="80" unit="km/h"/>')
+    made = roads.read_network(write(tmp_path, road(more=kinds, lanes=section(lane(1), late)))).route((40.0, -1.75), "1/0/-1")
+    # the sign stands at 60 m, 20 m after the start
+    assert np.allclose(3.6 * made.speed_limit_at([2.0, 18.0, 22.0, 58.0]), [50.0, 50.0, 80.0, 80.0])
+
+
 def test_only_speed_limits_of_lanelet2_limit_the_speed(tmp_path: Path):
     text = samples.lanelet2(tmp_path).read_text()
     for old, new, limit in (

@@ -75,6 +75,17 @@ def test_height_does_not_overshoot_and_wraps_on_circuits():
     assert road.slope_at(1e-6) == pytest.approx(float(road.slope_at(road.length - 1e-6)), abs=1e-3)
 
 
+def test_bank_and_friction_of_a_circuit_are_linear_over_its_seam_too():
+    angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    bank, friction = 0.1 * np.cos(angle + 1.0), 0.8 + 0.1 * np.sin(angle)
+    ring = Road.from_points("ring", 50.0 * np.column_stack([np.cos(angle), np.sin(angle)]), -4.0, 4.0, closed=True, bank=bank, friction=friction)
+    for share in (0.25, 0.5, 0.75):
+        at = ring.s[-1] + share * (ring.length - ring.s[-1])
+        for laps in (-1.0, 0.0, 1.0):
+            assert ring.bank_at(at + laps * ring.length) == pytest.approx((1.0 - share) * bank[-1] + share * bank[0], abs=1e-12)
+            assert ring.friction_at(at + laps * ring.length) == pytest.approx((1.0 - share) * friction[-1] + share * friction[0], abs=1e-12)
+
+
 def test_values_that_make_no_road_are_refused():
     line = np.column_stack([np.arange(5.0), np.zeros(5)])
     with pytest.raises(RoadError, match=r"borders cross at s = 0\.0 m"):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from energy_mgr import PlanningError
-from energy_mgr.allocation import ALLOCATORS, EfficientAllocator, Faults, Layout, PreviewAllocator
+from energy_mgr.allocation import ALLOCATORS, Ahead, EfficientAllocator, Faults, Layout, PreviewAllocator
+from energy_mgr.allocation.preview import _FADE
 from energy_mgr.motion import MotionDemand
 from powertrain import load_vehicle, shipped
 from tests.energy_mgr.allocation.rig import Car, constant_ahead, cornering, random_situation, settled
@@ -169,6 +170,30 @@ def test_with_a_demand_that_lasts_looking_ahead_ends_where_the_present_does(romo
         assert one.found.status == other.found.status == "solved"
         assert np.max(np.abs(one.command - other.command)[car.layout.torques]) < 0.5
         assert np.max(np.abs(one.command - other.command)[car.layout.steers]) < 2e-4
+
+
+def test_what_is_corrected_now_is_expected_to_fade(romo):
+    """The trajectory asks for a quiet bend, the tracking law for more now: the same as if what is left of that had been told for every later time."""
+    car, allocator, p = Car(romo), PreviewAllocator(romo), MotionDemand(0.2, 1.0, 0.0)
+    quiet = cornering(car, 12.0, p.a_x, p.a_y)
+    before = settled(allocator, constant_ahead(allocator, quiet)).command
+    extra = np.array([-1.5, 0.8, 0.2])
+
+    def answer(shares):
+        allocator.restore(())
+        now = quiet._replace(demand=MotionDemand(*(np.array(p) + extra)), before=before)
+        told = [MotionDemand(*(np.array(p) + share * extra)) for share in shares(np.array(allocator.horizon))]
+        now = now._replace(ahead=tuple(Ahead(t, d, 12.0, now.state.yaw_rate) for t, d in zip(allocator.horizon, told, strict=True)))
+        for _ in range(20):
+            found = allocator.allocate(now)
+            now = now._replace(before=found.command)
+        return found.command / allocator.layout.scale
+
+    planned, faded = answer(lambda t: 0.0 * t), answer(lambda t: np.exp(-t / _FADE))
+    # the solver's tolerance; that a correction of the other sign is told apart shows in the last line
+    assert planned == pytest.approx(faded, abs=1e-5)
+    turned = answer(lambda t: np.where(t > 0.0, -np.exp(-t / _FADE), 1.0))
+    assert np.max(np.abs(turned - faded)) > 1e-3
 
 
 @pytest.mark.parametrize("horizon", [(), (0.0,), (0.1, 0.2), (0.0, 0.2, 0.1), (0.0, 0.1, 0.1), (0.0, math.nan), (0.0, -1.0)])

@@ -8,7 +8,7 @@ from energy_mgr import PlanningError, Trajectory
 from energy_mgr.following import LAWS, Follower, Projected
 from energy_mgr.motion import MotionDemand, VehicleState
 from roads import RoadBuilder
-from tests.energy_mgr.following.rig import DT, LAGS, arc, at_rest, beside, circle, drive, eight, straight, there_and_stop
+from tests.energy_mgr.following.rig import DT, LAGS, arc, at_rest, beside, circle, clothoid, drive, eight, straight, there_and_stop
 
 EVERY = pytest.mark.parametrize("law", list(LAWS))
 
@@ -74,6 +74,19 @@ def test_the_preview_of_a_circuit_goes_on_over_the_laps(romo):
     preview = follower.preview([0.0, 3.0, 60.0])
     assert preview.yaw_rates == pytest.approx([10.0 / 30.0] * 3, rel=1e-6)
     assert [demand.a_y for demand in preview.demands] == pytest.approx([100.0 / 30.0] * 3, rel=1e-6)
+
+
+def test_the_preview_turns_as_the_bend_tightens_and_as_the_car_slows_down(romo):
+    """d(kappa v)/dt = kappa' v^2 + kappa a, written out for a clothoid at constant speed and for an arc that is braked on."""
+    tightening = Follower(clothoid(sharpness=5e-4, v=12.0), romo)
+    tightening.step(beside(tightening.trajectory, 10.0), DT)
+    turns = [demand.yaw_acceleration for demand in tightening.preview([0.0, 1.0, 5.0]).demands]
+    assert turns == pytest.approx([5e-4 * 12.0**2] * 3, rel=1e-9)
+    # v dv/ds = -0.5
+    slowing = Follower(arc(60.0, 80.0, v=np.sqrt(144.0 - np.linspace(0.0, 80.0, 41))), romo)
+    slowing.step(beside(slowing.trajectory, 10.0), DT)
+    turns = [demand.yaw_acceleration for demand in slowing.preview([0.0, 1.0, 4.0]).demands]
+    assert turns == pytest.approx([-0.5 / 60.0] * 3, rel=1e-9)
 
 
 def test_a_new_plan_while_driving_goes_on_where_the_car_is(romo):

@@ -92,6 +92,15 @@ def test_joint_plan_is_thriftier_inside_the_borders_and_on_time(handling: JointP
         assert energy_on(road, own, romo, handling.sequential[1].journey_time) == pytest.approx(kwh, rel=1e-6)
 
 
+def test_the_time_by_default_is_one_that_the_lanes_centre_can_make_too(handling: JointPlan, romo: Vehicle):
+    road = roads.open_road("handling")
+    lane = plan_path(road, CLEARANCE, extent="road", kind="lane")
+    slow, quick = (fastest_profile(SpeedLimits.along(road, path, romo)).journey_time for path in (lane, handling.sequential[0]))
+    assert slow > 1.02 * quick
+    # profiles keep their time to 0.01 s
+    assert handling.profile.journey_time == pytest.approx(slow, abs=1e-2)
+
+
 def test_no_path_towards_the_sequential_or_the_shortest_one_is_thriftier(handling: JointPlan, romo: Vehicle):
     """Optimality, judged by the cone programme for the speed, not by the joint problem itself; between paths in a corridor lie paths in it."""
     road, options = roads.open_road("handling"), PathOptions(curvature_max=1.0 / 2.6)

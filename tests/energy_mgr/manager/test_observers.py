@@ -53,3 +53,17 @@ def test_in_a_bend_a_late_fix_corrects_the_place_where_it_was_true():
     assert arrived[-1] > 40
     assert np.max(np.abs(errors[:, :2])) < 5e-6
     assert np.max(np.abs(errors[:, 2])) < 1e-12  # rounding of 500 sums
+
+
+@pytest.mark.parametrize(("v_x", "v_y", "yaw_rate"), [(12.0, 0.8, 0.4), (12.0, -0.8, 0.4), (6.0, 1.5, -0.7)])
+def test_a_car_that_slides_steadily_keeps_its_velocities(v_x, v_y, yaw_rate):
+    """On a circle with side slip nothing changes in the car's frame: accelerations are the turning of the velocity, (-r v_y, r v_x)."""
+    observer = DeadReckoning()
+    for k in range(500):
+        psi = yaw_rate * DT * k
+        # the centre's velocity, turned by psi, integrated
+        x, y = np.array([[math.sin(psi), math.cos(psi) - 1.0], [1.0 - math.cos(psi), math.sin(psi)]]) @ [v_x, v_y] / yaw_rate
+        m = Measurements(DT * k, float(x), float(y), psi, v_x, v_y, yaw_rate, -yaw_rate * v_y, yaw_rate * v_x)
+        state = observer.update(m, DT * k)
+        # 500 sums of numbers of this size
+        assert (state.v_x, state.v_y, state.yaw_rate) == pytest.approx((v_x, v_y, yaw_rate), abs=1e-11)

@@ -1,3 +1,4 @@
+import msgspec
 import numpy as np
 import pytest
 
@@ -35,6 +36,17 @@ def test_powers_shrink_as_the_charge_falls_and_vanish_at_the_least():
     assert np.all(np.diff(give) > 0.0)
     assert take[-1] == 0.0
     assert instant_powers(ROMO, LEAST)[0] == 0.0
+
+
+def test_instant_powers_are_those_of_all_cells_in_a_row_and_side_by_side():
+    found = {}
+    for series, parallel in ((90, 1), (90, 3), (30, 1)):
+        car = msgspec.structs.replace(ROMO, battery=msgspec.structs.replace(ROMO.need("battery", Battery), series=series, parallel=parallel))
+        found[series, parallel] = np.array(instant_powers(car, 0.5))
+    assert np.all(found[90, 1] > 0.0)
+    # equal cells give equal powers, however they are joined
+    assert found[90, 3] == pytest.approx(3.0 * found[90, 1], rel=1e-12)
+    assert found[30, 1] == pytest.approx(found[90, 1] / 3.0, rel=1e-12)
 
 
 def test_a_full_enough_battery_changes_nothing_and_charge_adds_up():

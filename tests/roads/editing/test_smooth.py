@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from roads import PlanarCurve, RoadError, open_road
+from roads import PlanarCurve, Road, RoadError, open_road
 from roads.editing.smooth import smooth_points, smoothed
 
 from ...timing import least_time
@@ -62,6 +62,20 @@ def test_road_moves_its_reference_and_nothing_else(rng: np.random.Generator):
         # the edges are where they were: 3.5 m beside the road without noise, but for what a line between noisy points cuts off
         _, off = road.reference.locate(points)
         assert np.max(np.abs(np.abs(off) - 3.5)) < 0.05
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_report_tells_to_which_side_the_line_moved(side: float):
+    x = np.arange(0.0, 201.0, 2.0)
+    bump = 0.1 * side * np.exp(-(((x - 100.0) / 2.0) ** 2))
+    made, report = smoothed(Road.from_points("bump", np.column_stack([x, bump]), -3.5, 3.5), 0.3)
+    # a place that juts out to one side is drawn back to the other; along x offsets are differences of y, as slopes are below 0.05
+    back = side * (bump[50] - made.reference.position(made.reference.locate([[100.0, 0.0]])[0])[0, 1])
+    assert back > 0.05
+    towards, away = (report.largest_right, report.largest_left)[:: int(side)]
+    assert towards == pytest.approx(back, abs=2e-3)
+    assert away < 0.5 * back
+    assert (report.rms_right > report.rms_left) == (side > 0.0)
 
 
 @pytest.mark.timing
