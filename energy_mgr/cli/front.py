@@ -7,21 +7,18 @@ from typing import Any
 
 import click
 
+from .plan_options import plan_options, taken_request
 from .progress import ProgressLine
 from .road_options import chosen, road_options
-from .rule_options import rule_options, with_rules
 
 
 @click.command("front")
 @click.argument("road")
 @click.option("--vehicle", default="romo", show_default=True, help="Name of a shipped car, or a TOML file.")
-@click.option("--corridor", type=click.Choice(["lane", "own", "road"]), default="own", show_default=True, help="What the car may use.")
-@click.option("--path", type=click.Choice(["lane", "optimal"]), default="optimal", show_default=True, help="Lane centre, or path of least curvature.")
+@plan_options("corridor", "path", "margin")
 @click.option("--count", type=click.IntRange(2, 1000), default=12, show_default=True, help="Number of drives.")
 @click.option("--slowest", type=float, help="Time of the last drive, s. Default: that of the thriftiest, at most four times the least.")
-@click.option("--margin", type=float, default=0.2, show_default=True, help="Distance in m between the car's side and the borders.")
 @road_options
-@rule_options
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="File for the table (.csv) or the figure (.png, .svg, .pdf).")
 def front_command(road: str, out: Path | None, **options: Any) -> None:
     """What arriving earlier costs on ROAD: drives from the fastest to the thriftiest, each with the least energy for its time.
@@ -37,10 +34,10 @@ def front_command(road: str, out: Path | None, **options: Any) -> None:
     from ..report.plan.front import front_table, refuse_suffix, save_front
 
     try:
-        options = with_rules(options)
+        vehicle, request = options.pop("vehicle"), taken_request(options)
         if out is not None:
             refuse_suffix(out)
-        path, limits, front = plan_front(open_road(road, **chosen(options, options["vehicle"])), report=progress, **options)
+        path, limits, front = plan_front(open_road(road, **chosen(options, vehicle)), vehicle, request, report=progress, **options)
         if out is not None:
             save_front(front, limits, out)
     except (RoadError, VehicleError, PlanningError) as error:

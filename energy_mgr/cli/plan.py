@@ -7,30 +7,16 @@ from typing import Any
 
 import click
 
+from .plan_options import plan_options, taken_request
 from .progress import ProgressLine
 from .quick import lean_scipy
 from .road_options import chosen, road_options
-from .rule_options import rule_options, with_rules
 
 
 @click.command("plan")
 @click.argument("road")
 @click.option("--vehicle", default="romo", show_default=True, help="Name of a shipped car, or a TOML file.")
-@click.option(
-    "--corridor",
-    type=click.Choice(["lane", "own", "road"]),
-    default="own",
-    show_default=True,
-    help="What the car may use: its lane, all lanes that lead its way, or the road from edge to edge.",
-)
-@click.option("--path", type=click.Choice(["lane", "optimal"]), default="optimal", show_default=True, help="Lane centre, or path of least curvature.")
-@click.option(
-    "--speed",
-    type=click.Choice(["fast", "toppra", "eco", "socp", "dp", "nlp"]),
-    default="eco",
-    show_default=True,
-    help="As fast as allowed (fast, toppra), or with least energy (eco; socp, dp and nlp find the same by other means, slower).",
-)
+@plan_options()
 @click.option(
     "--method",
     type=click.Choice(["sequential", "joint"]),
@@ -38,16 +24,8 @@ from .rule_options import rule_options, with_rules
     show_default=True,
     help="First the path, then the speed; or both at once, which saves more and takes longer.",
 )
-@click.option(
-    "--time",
-    "journey_time",
-    type=float,
-    help="Arrival time in s. Default: the least for both paths; with --speed fast the least for the one asked for.",
-)
 @click.option("--price", type=float, help="Price of time in W, instead of an arrival time.")
 @click.option("--soc", type=float, help="Charge at the start, 0 to 1: the drive keeps within what the battery gives, and arrives later if it must.")
-@rule_options
-@click.option("--margin", type=float, default=0.2, show_default=True, help="Distance in m between the car's side and the borders.")
 @road_options
 @click.option(
     "--path-method",
@@ -79,9 +57,9 @@ def plan_command(road: str, out: Path, path_method: Any, knots: str, qp: str, **
         from ..report import comparison_table, save_plan
 
         try:
-            how = PathOptions(knots=_knots(knots), method=path_method, qp=qp)
-            options = with_rules(options)
-            made = plan(open_road(road, **chosen(options, options["vehicle"])), path_options=how, report=progress, **options)
+            vehicle = options.pop("vehicle")
+            request = taken_request(options, path_options=PathOptions(knots=_knots(knots), method=path_method, qp=qp))
+            made = plan(open_road(road, **chosen(options, vehicle)), vehicle, request, report=progress)
             progress("drawing")
             files = save_plan(made, out, draw=painter.draw)
         except (RoadError, VehicleError, PlanningError) as error:

@@ -9,6 +9,8 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from ..speed import DriveRules
+
 _NAMES = ("start_speed", "end_speed", "stops", "windows", "jerk", "grip", "friction_brakes", "step")
 
 
@@ -30,17 +32,17 @@ def rule_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def with_rules(options: dict[str, Any]) -> dict[str, Any]:
-    """The options with those of `rule_options` put together to `rules`.
+def taken_rules(options: dict[str, Any]) -> DriveRules:
+    """Take the options of `rule_options` out of `options`.
 
     Raises:
         click.BadParameter: a window that is not S:T1:T2.
     """
     from ..speed import DriveRules
 
-    given = {name: options[name] for name in _NAMES}
+    given: dict[str, Any] = {name: options.pop(name) for name in _NAMES}
     given["windows"] = tuple(_window(text) for text in given["windows"])
-    return {name: value for name, value in options.items() if name not in _NAMES} | {"rules": DriveRules(**given)}
+    return DriveRules(**given)
 
 
 def _window(text: str) -> Any:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from .plan_options import plan_options, taken_request
 from .progress import ProgressLine
 from .road_options import chosen, road_options
-from .rule_options import rule_options, with_rules
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -60,20 +60,7 @@ _DRIVE = ("allocator", "allocation_cost", "follower", "sensors", "faults", "offs
 @click.option("--animate", type=click.Choice(["none", "gif", "mp4"]), default="none", show_default=True, help="Write a film; MP4 needs ffmpeg.")
 @click.option("--animate-seconds", type=float, default=20.0, show_default=True, help="Length of the film at most; long drives run faster in it.")
 @click.option("--fps", type=click.IntRange(1, 60), default=12, show_default=True, help="Frames per second of the film.")
-@click.option(
-    "--corridor", type=click.Choice(["lane", "own", "road"]), default="own", show_default=True, help="Planning: what of the road the car may use."
-)
-@click.option("--path", type=click.Choice(["lane", "optimal"]), default="optimal", show_default=True, help="Planning: centre, or least curvature.")
-@click.option(
-    "--speed",
-    type=click.Choice(["fast", "toppra", "eco", "socp", "dp", "nlp"]),
-    default="eco",
-    show_default=True,
-    help="Planning: as fast as allowed, or with least energy.",
-)
-@click.option("--time", "journey_time", type=float, help="Planning: arrival time in s. Default: as in `plan`.")
-@click.option("--margin", type=float, default=0.2, show_default=True, help="Planning: distance in m between the car's side and the borders.")
-@rule_options
+@plan_options(about="Planning: ")
 # `--cost` is the allocator's here
 @partial(road_options, cost=("--route-cost", "cost"))
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("out/drive"), show_default=True, help="Folder for the results.")
@@ -193,11 +180,9 @@ def _plan(road: str, car: Vehicle, name: str, options: dict[str, Any], report: C
 
     from ..planning.one_call import plan
 
-    planning = with_rules({key: value for key, value in options.items() if key not in _DRIVE})
-    found = open_road(road, **chosen(planning, name))
-    if planning["speed"] != "eco":
-        planning["soc"] = None
-    return plan(found, car, report=report, **planning)
+    planning = {key: value for key, value in options.items() if key not in _DRIVE}
+    request = taken_request({**planning, "soc": planning["soc"] if planning["speed"] == "eco" else None})
+    return plan(open_road(road, **chosen(planning, name)), car, request, report=report)
 
 
 def _drive(trajectory: Trajectory, car: Vehicle, events: Any, options: dict[str, Any], report: Callable[[str], None]) -> Drive:

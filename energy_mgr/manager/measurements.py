@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ..motion import VehicleState
+
 
 class Measurements(NamedTuple):
     """What is measured in one control period.
@@ -42,6 +44,11 @@ class Measurements(NamedTuple):
     brakes: tuple[float, ...] = ()
     friction: float = 1.0
     pose_time: float | None = None
+
+    @property
+    def motion(self) -> VehicleState:
+        """How the car moves, as it is measured."""
+        return VehicleState(self.x, self.y, self.psi, self.v_x, self.v_y, self.yaw_rate, self.a_x, self.a_y, self.friction)
 
 
 class WheelCommands(NamedTuple):

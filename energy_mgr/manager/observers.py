@@ -37,7 +37,7 @@ class PerfectState:
 
     def update(self, m: Measurements, t: float) -> VehicleState:
         """As `Observer.update`."""
-        return VehicleState(m.x, m.y, m.psi, m.v_x, m.v_y, m.yaw_rate, m.a_x, m.a_y, m.friction)
+        return m.motion
 
     def snapshot(self) -> Any:
         """As `Observer.snapshot`: there is no memory."""
@@ -94,7 +94,7 @@ class DeadReckoning:
                 row = self._past.popleft()
                 self._past.append((row[0], row[1] + shift[0], row[2] + shift[1], row[3] + shift[2]))
         self._past.append((t, x, y, psi))
-        return VehicleState(x, y, psi, v_x, v_y, yaw_rate, m.a_x, m.a_y, m.friction)
+        return m.motion._replace(x=x, y=y, psi=psi, v_x=v_x, v_y=v_y, yaw_rate=yaw_rate)
 
     def _velocities(self, m: Measurements, dt: float) -> tuple[float, float, float]:
         """Smoothed velocities after `dt` seconds."""

@@ -23,7 +23,7 @@ from powertrain.chassis.double_track import DoubleTrack
 from ...errors import PlanningError
 from ...simulation.log import labelled
 from ..picture import save_picture
-from ..plan.figure import STYLE
+from ..style import STYLE
 from .scene import COLOURS, DPI, Scene
 
 if TYPE_CHECKING:

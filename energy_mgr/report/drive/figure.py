@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from powertrain import KWH
 from powertrain.chassis.double_track import WHEELS, DoubleTrack
 
-from ..plan.figure import BASELINE, BORDER, BOUND, KMH, PLAN, STYLE
+from ..style import BASELINE, BORDER, BOUND, KMH, PLAN, STYLE
 from .table import OUTCOMES, account, event_words, planned_energy, planned_time
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from matplotlib.patches import Polygon
 
 from powertrain.chassis.double_track import WHEELS, DoubleTrack
 
-from ..plan.figure import BASELINE, BORDER, BOUND, KMH, PLAN
+from ..style import BASELINE, BORDER, BOUND, KMH, PLAN
 from .figure import EVENT, WHEEL_COLOURS, borders
 from .table import event_words
 

@@ -8,7 +8,8 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from .picture import KMH, PlanPicture
+from ..style import BASELINE, BORDER, BOUND, PLAN, STYLE
+from .picture import PlanPicture
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -19,11 +20,6 @@ if TYPE_CHECKING:
     from ...planning.one_call import Plan
     from .picture import Lines
 
-__all__ = ["BASELINE", "BORDER", "BOUND", "KMH", "PLAN", "STYLE", "PlanFigure", "draw_plan"]
-
-#: Colours that stay apart in grey and for colour-blind readers (Okabe and Ito).
-PLAN, BASELINE, BOUND, BORDER = "#0072B2", "#D55E00", "#999999", "#333333"
-STYLE: dict[Any, Any] = {"font.size": 8, "axes.titlesize": 8, "axes.labelsize": 8, "legend.fontsize": 7, "xtick.labelsize": 7, "ytick.labelsize": 7}
 DASHED: Any = (0, (4, 2))
 #: Pixels per inch.
 DPI = 200

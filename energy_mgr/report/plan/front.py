@@ -77,7 +77,7 @@ def draw_front(front: Front, limits: SpeedLimits, file: str | PathLike[str], *, 
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from .figure import BOUND, STYLE
+    from ..style import BOUND, STYLE
 
     with rc_context(STYLE):
         figure = Figure(figsize=(8.0, 3.4), layout="constrained")

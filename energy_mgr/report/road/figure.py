@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from ..plan.figure import BASELINE, BORDER, BOUND, KMH, PLAN, STYLE
+from ..style import BASELINE, BORDER, BOUND, KMH, PLAN, STYLE
 
 if TYPE_CHECKING:
     from os import PathLike

@@ -9,6 +9,7 @@ import numpy as np
 from roads import Road
 
 from ..picture import save_picture
+from ..style import KMH
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from roads import Network
     from roads.networks.routing import Step
 
-KMH = 3.6
 #: A table shows so many roads.
 MOST_ROWS = 25
 

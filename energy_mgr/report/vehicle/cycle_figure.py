@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from powertrain import KWH
 
-from ..plan.figure import BASELINE, BORDER, BOUND, KMH, PLAN, STYLE
+from ..style import BASELINE, BORDER, BOUND, KMH, PLAN, STYLE
 
 if TYPE_CHECKING:
     from os import PathLike

@@ -10,6 +10,7 @@ from powertrain import KWH
 
 from ...errors import PlanningError
 from ..picture import PICTURES, save_picture
+from ..style import KMH
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from powertrain import Vehicle
     from powertrain.energy.cycle_charge import ChargeLedger, Shortfall
 
-KMH = 3.6
 #: Columns of the file; power and current are those that hold until the next row.
 COLUMNS = ("t_s", "distance_m", "v_mps", "power_w", "current_a", "voltage_v", "soc")
 #: What is in the way, for a person.

@@ -14,7 +14,7 @@ from powertrain.drive.motor_map import read_map
 from powertrain.energy.motor import force_limits, motor_losses
 from powertrain.energy.resistance import driving_resistance
 
-from ..plan.figure import BASELINE, BORDER, KMH, PLAN, STYLE
+from ..style import BASELINE, BORDER, KMH, PLAN, STYLE
 
 if TYPE_CHECKING:
     from os import PathLike

@@ -15,13 +15,13 @@ from powertrain.energy.thermal import continuous_torque
 from roads import cycles
 
 from ..picture import save_picture
+from ..style import KMH
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from powertrain import Vehicle
 
-KMH = 3.6
 #: The cycle that consumption is told for, at most as fast as the car.
 CYCLE = "wltc_3b"
 RPM = 30.0 / math.pi
