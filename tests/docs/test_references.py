@@ -89,7 +89,7 @@ def test_a_stale_reference_is_found(text: str, says: str):
 @pytest.mark.parametrize(
     "text",
     [
-        "`tests/conftest.py`, `tests/*.csv`, `planning.py`, https://example.org/docs/gone.md",
+        "`tests/conftest.py`, `tests/*.csv`, `request.py`, https://example.org/docs/gone.md",
         "`tests/docs/test_references.py::test_a_stale_reference_is_found`",
         "[theory](theory.md#speed), [there](https://example.org), [below](#closed-loop)",
         "`make plan`, `python -m benchmarks`, `python -m pip wheel .`, `python -W error -m roads.gallery.archetypes`",
