@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 _LOOK, _LEAST_SAMPLES = 0.1, 32
 #: How far a slope inside an interval counts beyond the mean one.
 _KINK = 0.02
+#: Samples of the paths that are in use; a path that nobody holds any more takes them along.
+_SAMPLED: WeakKeyDictionary[Path, tuple[Floats, Floats]] = WeakKeyDictionary()
 #: Stations closer than this to one that is asked for give way to it, as a share of the step.
 _CLOSE = 0.25
 
@@ -139,6 +142,15 @@ def stations(name: str, length: float, step: float, through: Sequence[float]) ->
 
 
 def _curvature_samples(path: Path) -> tuple[Floats, Floats]:
+    """As `_sampled`, once for each path: many cars and requests drive the same one."""
+    if path not in _SAMPLED:
+        for values in (found := _sampled(path)):
+            values.setflags(write=False)
+        _SAMPLED[path] = found
+    return _SAMPLED[path]
+
+
+def _sampled(path: Path) -> tuple[Floats, Floats]:
     """Stations and curvatures along the path, dense enough that a peak between two samples is less than 0.1 % higher.
 
     Samples are equally spaced over the parameter of each piece. Knots are among them, since curvature has kinks there; where knots lie close on the

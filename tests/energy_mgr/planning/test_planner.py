@@ -1,10 +1,13 @@
 """Many cars on one road: what depends on the road alone is made once, and nothing is driven that nobody asks for."""
 
+import gc
+
 import msgspec
 import pytest
 
 from energy_mgr import DriveRules, Planner, PlanRequest, plan
 from energy_mgr.planning import planner as module
+from energy_mgr.speed.bounds import stations
 from powertrain import Vehicle
 from roads import Road, RoadBuilder
 
@@ -66,3 +69,16 @@ def test_a_front_is_that_of_the_planner(road: Road, romo: Vehicle):
     assert len(front.journey_time) == 3
     assert front.journey_time[0] == pytest.approx(Planner(road).plan(romo, PlanRequest(corridor="lane", speed="fast")).journey_time, rel=1e-4)
     assert limits.s[-1] == pytest.approx(path.curve.length)
+
+
+def test_a_path_is_looked_at_once_and_forgotten_with_it(road: Road, romo: Vehicle):
+    planner = Planner(road)
+    first = planner.plan(romo).chosen
+    second = planner.plan(heavier(romo, 1400.0)).chosen
+    assert first.limits.ground.samples.kappa is second.limits.ground.samples.kappa
+    with pytest.raises(ValueError, match="read-only"):
+        first.limits.ground.samples.kappa[0] = 1.0
+    held = len(stations._SAMPLED)
+    del planner, first, second
+    gc.collect()
+    assert len(stations._SAMPLED) < held
