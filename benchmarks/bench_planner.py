@@ -1,4 +1,4 @@
-"""Many cars on one road: `Planner`, which finds the road's paths once, beside one call of `plan` for each; the ways of the comparison left aside or driven."""
+"""Many cars on one road: `Planner`, which finds the paths once, beside one call of `plan` for each, without and with the drives of the comparison."""
 
 import msgspec
 
