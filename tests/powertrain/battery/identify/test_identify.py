@@ -25,7 +25,7 @@ from powertrain.battery.identify import (
 from powertrain.battery.identify.assemble import arrhenius
 from powertrain.battery.identify.structure import STRUCTURES
 
-from .conftest import make
+from ..conftest import make
 
 WARM = 298.15
 
