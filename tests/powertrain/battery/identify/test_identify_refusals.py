@@ -10,7 +10,7 @@ from powertrain.battery import OcvTest, Script, dump_cell, load_cell
 from powertrain.battery.identify import charge_balances, identify, label, laboratory, read_dynamic, sort_files
 
 from ..conftest import make
-from ..test_identify import DYN, WARM, Bench
+from .test_identify import DYN, WARM, Bench
 
 
 @pytest.fixture(scope="module")
