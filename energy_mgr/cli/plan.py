@@ -42,10 +42,14 @@ from .rule_options import rule_options, with_rules
     "--time",
     "journey_time",
     type=float,
-    help="Arrival time in s. Default: the least for both paths; with --speed fast the least for the one asked for.",
+    help="Arrival time, s after the start. Default: the least that both paths (lane and optimal) can make; with --speed fast that of --path.",
 )
-@click.option("--price", type=float, help="Price of time in W, instead of an arrival time.")
-@click.option("--soc", type=float, help="Charge at the start, 0 to 1: the drive keeps within what the battery gives, and arrives later if it must.")
+@click.option("--price", type=float, help="Price of time in W (joules for every second), instead of an arrival time.")
+@click.option(
+    "--soc",
+    type=float,
+    help="State of charge at the start, 0 to 1: the drive keeps within what the battery gives, and arrives later if it must.",
+)
 @rule_options
 @click.option("--margin", type=float, default=0.2, show_default=True, help="Distance in m between the car's side and the borders.")
 @road_options
