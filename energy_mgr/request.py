@@ -80,13 +80,14 @@ class PlanRequest:
         if self.journey_time is not None and not 0.0 < self.journey_time < 1e7:
             raise PlanningError(f"arrival time {self.journey_time} s, expected more than 0 and less than 1e7 s")
         if self.price is not None and (self.journey_time is not None or self.speed not in ("eco", "dp") or self.method == "joint"):
-            raise PlanningError("a price of time goes with speed eco or dp, without an arrival time and method joint")
+            found = f"price of time {self.price} W with speed {self.speed}, arrival time {self.journey_time}, method {self.method}"
+            raise PlanningError(f"{found}; expected speed eco or dp, no arrival time, method sequential")
         if self.method == "joint" and (self.path != "optimal" or self.speed != "eco"):
             raise PlanningError(f"method joint with path {self.path} and speed {self.speed}, expected optimal and eco")
         if self.speed == "fast" and (self.rules.jerk is not None or self.rules.windows):
             raise PlanningError("speed fast knows no limit of jerk and no windows, expected eco or nlp")
         if self.soc is not None and self.speed != "eco":
-            raise PlanningError(f"a charge with speed {self.speed}, expected eco")
+            raise PlanningError(f"a state of charge with speed {self.speed}, expected speed eco")
 
     def clearance(self, vehicle: Vehicle) -> float:
         """Distance of the car's centre line from the borders, m."""

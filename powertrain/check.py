@@ -60,11 +60,13 @@ def _motion(vehicle: Vehicle) -> list[Finding]:
     elif reached < stated * 0.999:
         found.append(Finding("warning", "limits.speed_max_mps", f"{stated:.1f} m/s, but the motors reach {reached:.1f} m/s on a level road"))
     if 0.0 < steepest_slope(vehicle) < 0.1:
-        found.append(Finding("warning", "drive", f"climbs {100 * steepest_slope(vehicle):.1f} % only"))
-    if vehicle.limits.acceleration_max_mps2 > GRAVITY or vehicle.limits.deceleration_max_mps2 > 1.3 * GRAVITY:
-        found.append(Finding("warning", "limits", "acceleration or deceleration beyond what tyres give"))
+        found.append(Finding("warning", "drive", f"climbs {100 * steepest_slope(vehicle):.1f} %, expected 10 % or more"))
+    up, down = vehicle.limits.acceleration_max_mps2, vehicle.limits.deceleration_max_mps2
+    if up > GRAVITY or down > 1.3 * GRAVITY:
+        beyond = f"acceleration {up:g} or deceleration {down:g} m/s^2 beyond what tyres give"
+        found.append(Finding("warning", "limits", f"{beyond}, expected at most {GRAVITY:.1f} and {1.3 * GRAVITY:.1f} m/s^2"))
     if acceleration_time(vehicle, min(10.0, stated)) < 1.0:
-        found.append(Finding("warning", "drive.torque_max_nm", "0 to 10 m/s in less than a second"))
+        found.append(Finding("warning", "drive.torque_max_nm", "0 to 10 m/s in less than 1 s, expected more"))
     return found
 
 
@@ -84,7 +86,7 @@ def _handling(vehicle: Vehicle) -> list[Finding]:
         found.append(Finding("error", "chassis", "a car with a body needs four wheels with inertia"))
     tips = 0.5 * min(body.front_track_m, body.rear_track_m) / body.cog_height_m
     if tips < 0.7:
-        found.append(Finding("warning", "body.cog_height_m", f"tips over at {tips:.2f} g"))
+        found.append(Finding("warning", "body.cog_height_m", f"tips over at {tips:.2f} g of lateral acceleration, expected 0.7 g or more"))
     heel = vehicle.chassis.mass_kg * GRAVITY * body.cog_height_m
     stiffness = {key: getattr(body, key) for key in ("roll_stiffness_nmprad", "pitch_stiffness_nmprad")}
     found.extend(
@@ -92,8 +94,9 @@ def _handling(vehicle: Vehicle) -> list[Finding]:
         for key, value in stiffness.items()
         if value <= heel
     )
-    if max(body.front_track_m, body.rear_track_m) > vehicle.chassis.width_m:
-        found.append(Finding("error", "body", "a track is wider than chassis.width_m"))
+    track, width = max(body.front_track_m, body.rear_track_m), vehicle.chassis.width_m
+    if track > width:
+        found.append(Finding("error", "body", f"a track of {track:g} m is wider than chassis.width_m, {width:g} m"))
     if vehicle.tyre is not None:
         found += _tyres(vehicle)
     return found
@@ -113,7 +116,7 @@ def _tyres(vehicle: Vehicle) -> list[Finding]:
             found.append(Finding("warning", place, f"rolling radius {radius:.3f} m, chassis.wheel_radius_m is {wheel:.3f} m"))
     gradient = understeer_gradient(vehicle)
     if abs(gradient) > 0.01:
-        found.append(Finding("warning", "tyre", f"understeer gradient {1e3 * gradient:.1f} mrad s^2/m, expected within 10 either way"))
+        found.append(Finding("warning", "tyre", f"understeer gradient {1e3 * gradient:.1f} mrad per m/s^2, expected -10 to 10"))
     return found
 
 
@@ -130,5 +133,5 @@ def _battery(vehicle: Vehicle) -> list[Finding]:
     power = vehicle.drive.motor_count * vehicle.drive.power_max_w
     most = voltage * cell.limits.discharge_peak_a * vehicle.battery.parallel
     if most < power:
-        return [Finding("warning", "battery", f"gives {most / 1e3:.0f} kW at half charge, the motors take {power / 1e3:.0f} kW")]
+        return [Finding("warning", "battery", f"gives {most / 1e3:.0f} kW at a state of charge of 0.5, the motors take {power / 1e3:.0f} kW")]
     return []

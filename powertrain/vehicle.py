@@ -85,7 +85,9 @@ class Vehicle(Section, frozen=True, kw_only=True):
         """
         found = getattr(self, section)
         if found is None:
-            raise VehicleError(f"{self.name}: the description has no section [{section}], which is needed for this")
+            raise VehicleError(
+                f"{self.name}: the description has no section [{section}], which is needed here; the page on cars and cells says what is in it"
+            )
         return cast("_T", found)
 
 

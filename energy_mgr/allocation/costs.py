@@ -51,7 +51,7 @@ def checked_cost(cost: str) -> str:
         PlanningError: there is none.
     """
     if cost not in COSTS:
-        raise PlanningError(f"cost = {cost!r}, expected one of {', '.join(COSTS)}")
+        raise PlanningError(f"allocation cost {cost!r}, expected one of {', '.join(COSTS)}")
     return cost
 
 

@@ -70,7 +70,7 @@ class Model:
             PlanningError: another word for `tyre`.
         """
         if tyre not in ("linear", "load", "own"):
-            raise PlanningError(f"tyre = {tyre!r}, expected linear, load or own")
+            raise PlanningError(f"tyre of the allocation {tyre!r}, expected linear, load or own")
         self.layout, self.kind = layout, tyre
         self._rest = [float(load) for load in self._loads(0.0, 0.0)]
         own = layout.track.tyres

@@ -157,8 +157,9 @@ class Layout:
                 raise PlanningError(f"{self.vehicle.name}: faults name {len(values)} {what}, expected none or {count}")
         if not all(0.0 <= share <= 1.0 for share in (*faults.motors, *faults.brakes)):
             raise PlanningError(f"{self.vehicle.name}: faults leave {(*faults.motors, *faults.brakes)} of motors and brakes, expected 0 to 1 each")
-        if not all(angle is None or abs(angle) <= 2.0 * self.track.steering.angle_max_rad for angle in faults.stuck):
-            raise PlanningError(f"{self.vehicle.name}: steering stuck at {faults.stuck} rad, expected angles that the wheels can have")
+        most = 2.0 * self.track.steering.angle_max_rad
+        if not all(angle is None or abs(angle) <= most for angle in faults.stuck):
+            raise PlanningError(f"{self.vehicle.name}: steering stuck at {faults.stuck} rad, expected {-most:.3g} to {most:.3g} rad each, or None")
         return faults
 
 

@@ -18,7 +18,7 @@ def battery_group() -> None:
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("-o", "--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="TOML file for the cell.")
 @click.option("--model", type=click.Choice(["mesc", "esc", "rc"]), default="mesc", show_default=True, help="Kind of cell model.")
-@click.option("--refine", is_flag=True, help="Also search for time constants and hysteresis rate; 10 to 20 s.")
+@click.option("--refine", is_flag=True, help="Also search for time constants and hysteresis rate; takes 10 to 20 s more.")
 @click.option("--name", help="Name of the cell. Default: that of the output file.")
 def fit_command(files: tuple[Path, ...], out: Path, model: str, refine: bool, name: str | None) -> None:
     """Identify a cell from FILES: slow charge and discharge tests (OCV) and dynamic tests, CSV.

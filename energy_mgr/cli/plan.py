@@ -24,8 +24,12 @@ from .road_options import chosen, road_options
     show_default=True,
     help="First the path, then the speed; or both at once, which saves more and takes longer.",
 )
-@click.option("--price", type=float, help="Price of time in W, instead of an arrival time.")
-@click.option("--soc", type=float, help="Charge at the start, 0 to 1: the drive keeps within what the battery gives, and arrives later if it must.")
+@click.option("--price", type=float, help="Price of time in W (joules for every second), instead of an arrival time.")
+@click.option(
+    "--soc",
+    type=float,
+    help="State of charge at the start, 0 to 1: the drive keeps within what the battery gives, and arrives later if it must.",
+)
 @road_options
 @click.option(
     "--path-method",

@@ -40,7 +40,10 @@ _OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     ),
     "journey_time": (
         ("--time", "journey_time"),
-        {"type": float, "help": "Arrival time in s. Default: the least for both paths; with --speed fast the least for the one asked for."},
+        {
+            "type": float,
+            "help": "Arrival time, s after the start. Default: the least that both paths (lane and optimal) can make; with --speed fast that of --path.",
+        },
     ),
     "margin": (
         ("--margin",),

@@ -57,8 +57,8 @@ def check_command(context: click.Context, file: str, **options: Any) -> None:
 @click.argument("out", type=click.Path(path_type=Path, dir_okay=False))
 @road_options
 @click.option("--smooth", type=float, help="Smooth the reference line; no point moves farther than this, m.")
-@click.option("--spacing", type=float, help="Draw the road anew with data at most this far apart, m.")
-@click.option("--reverse", is_flag=True, help="Drive it the other way.")
+@click.option("--spacing", type=float, help="Sample the road anew, stations at most this far apart, m.")
+@click.option("--reverse", is_flag=True, help="Turn the road round: stations count from its other end.")
 @click.option("--start-at", type=float, help="Cut: first station, m.")
 @click.option("--end-at", type=float, help="Cut: last station, m.")
 def convert_command(

@@ -19,13 +19,15 @@ def rule_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(
         [
             click.option("--start-speed", type=float, default=0.0, show_default=True, help="Speed at the start of an open road, m/s."),
-            click.option("--end-speed", type=float, default=0.0, show_default=True, help="Speed at its end, m/s."),
+            click.option("--end-speed", type=float, default=0.0, show_default=True, help="Speed at the end of an open road, m/s."),
             click.option("--stop", "stops", type=float, multiple=True, metavar="S", help="Stop line at station S of the road, m. May be repeated."),
-            click.option("--window", "windows", multiple=True, metavar="S:T1:T2", help="Pass station S (m) between T1 and T2 s. May be repeated."),
-            click.option("--jerk", type=float, help="Largest jerk, m/s^3."),
-            click.option("--grip", type=float, help="Friction coefficient on dry asphalt, for the friction ellipse."),
-            click.option("--friction-brakes", is_flag=True, help="Use the friction brakes beside recuperation."),
-            click.option("--step", type=float, default=2.0, show_default=True, help="Distance of the stations, m."),
+            click.option(
+                "--window", "windows", multiple=True, metavar="S:T1:T2", help="Pass station S (m) T1 to T2 s after the start. May be repeated."
+            ),
+            click.option("--jerk", type=float, help="Largest jerk, m/s^3. Default: no limit."),
+            click.option("--grip", type=float, help="Friction coefficient on dry asphalt, for the friction ellipse. Default: no limit."),
+            click.option("--friction-brakes", is_flag=True, help="Brake with the friction brakes too, not by recuperation alone."),
+            click.option("--step", type=float, default=2.0, show_default=True, help="Largest distance between stations, m."),
         ]
     ):
         command = option(command)

@@ -39,10 +39,15 @@ _DRIVE = ("allocator", "allocation_cost", "follower", "sensors", "faults", "offs
     type=click.Choice(["efficient", "preview", "two-step", "weighted", "minimum-norm", "equal-split"]),
     default="efficient",
     show_default=True,
-    help="How motors, brakes and steering share what is to be done.",
+    help="Control allocation: how motors, brakes and steering share what the tracking law demands.",
 )
 @click.option(
-    "--cost", "allocation_cost", type=click.Choice(["physical", "heuristic", "blended"]), default="physical", show_default=True, help="What it saves."
+    "--cost",
+    "allocation_cost",
+    type=click.Choice(["physical", "heuristic", "blended"]),
+    default="physical",
+    show_default=True,
+    help="Losses that the allocator saves.",
 )
 @click.option("--follower", type=click.Choice(["linearising", "geometric", "pd"]), default="linearising", show_default=True, help="Tracking law.")
 @click.option(
@@ -53,9 +58,13 @@ _DRIVE = ("allocator", "allocation_cost", "follower", "sensors", "faults", "offs
     help="Perfect ones, or noisy and late ones with dead reckoning.",
 )
 @click.option("--faults", type=click.Path(path_type=Path), metavar="FILE", help="TOML file of what goes wrong on the way: tables [[event]].")
-@click.option("--soc", type=float, help="Charge at the start, 0 to 1. Default: 0.7. Given, a plan by --speed eco keeps to what the battery gives.")
-@click.option("--offset", type=float, default=0.0, show_default=True, help="How far to the left of its line the car starts, m.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the noise of real sensors.")
+@click.option(
+    "--soc",
+    type=float,
+    help="State of charge at the start, 0 to 1. Default: 0.7. Given, a plan by --speed eco keeps to what the battery gives.",
+)
+@click.option("--offset", type=float, default=0.0, show_default=True, help="How far to the left of the trajectory the car starts, m.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the noise of real sensors.")
 @click.option("--longest", type=float, help="Time allowed, s. Default: twice the planned one and 30 s more.")
 @click.option("--animate", type=click.Choice(["none", "gif", "mp4"]), default="none", show_default=True, help="Write a film; MP4 needs ffmpeg.")
 @click.option("--animate-seconds", type=float, default=20.0, show_default=True, help="Length of the film at most; long drives run faster in it.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -115,11 +115,13 @@ def joint_plan(
     ends = {name: speed for name, speed in (("start_speed", start_speed), ("end_speed", end_speed)) if speed is not None}
     asked = replace(asked, rules=replace(asked.rules, **ends))
     if not 0.5 <= step <= 50.0:
-        raise PlanningError(f"step {step} m, expected 0.5 to 50 m")
+        raise PlanningError(f"step of the joint plan {step} m, expected 0.5 to 50 m")
     if start not in _STARTS:
-        raise PlanningError(f"start {start!r}, expected one of {', '.join(_STARTS)}")
+        raise PlanningError(f"start of the joint plan {start!r}, expected one of {', '.join(_STARTS)}")
     if asked.rules != DriveRules(asked.rules.start_speed, asked.rules.end_speed):
-        raise PlanningError(f"{road.name}: method joint knows no rules but the speeds at the ends")
+        own = DriveRules(asked.rules.start_speed, asked.rules.end_speed)
+        others = ", ".join(rule.name for rule in fields(DriveRules) if getattr(asked.rules, rule.name) != getattr(own, rule.name))
+        raise PlanningError(f"{road.name}: method joint knows no rules but the speeds at the ends, expected method sequential for {others}")
     planner = _Planner(road, vehicle, asked, step, report)
     return planner.improve(planner.sequential(asked.journey_time), start)
 

@@ -150,7 +150,7 @@ class _Drives:
         if speed in ("fast", "toppra") and self.request.journey_time is None:
             return self.run(path, speed, None)
         if speed == "toppra":
-            raise PlanningError(f"{self.road.name}: toppra with an arrival time, expected none: it finds the least")
+            raise PlanningError(f"{self.road.name}: speed toppra with an arrival time, expected none: it finds the least; speed eco keeps one")
         made = comparison.of(path, speed)
         if made is None:
             refuse_too_early(self.road.name, comparison.journey_time, _earliest(self.route(path)[1]))

@@ -91,7 +91,7 @@ def simulate(
     """
     allowed = 2.0 * trajectory.journey_time + 30.0 if longest is None else longest
     if sensors not in SENSORS:
-        raise PlanningError(f"sensors = {sensors!r}, expected one of {', '.join(SENSORS)}")
+        raise PlanningError(f"sensors {sensors!r}, expected one of {', '.join(SENSORS)}")
     if not (math.isfinite(offset) and math.isfinite(dt) and dt > 0.0 and math.isfinite(allowed) and allowed >= dt and seed >= 0):
         found = f"offset {offset} m, dt {dt} s, longest {longest} s, seed {seed}"
         raise PlanningError(f"{found}: expected finite numbers, steps and durations above zero, and a seed of 0 or more")

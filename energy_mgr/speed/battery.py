@@ -129,10 +129,13 @@ def battery_profile(
         VehicleError: a car without a battery.
     """
     if not 0.0 <= soc <= 1.0:
-        raise PlanningError(f"{limits.name}: charge {soc}, expected 0 to 1")
+        raise PlanningError(f"{limits.name}: state of charge {soc}, expected 0 to 1")
     least = _least_charge(limits.vehicle)
     if soc <= least:
-        raise InfeasibleError(f"{limits.name}: the battery holds {soc:.3f} at the start, its least charge is {least:.3f}: it gives no power")
+        raise InfeasibleError(
+            f"{limits.name}: state of charge {soc:.3f} at the start, expected more than the least of {limits.vehicle.name}'s battery, {least:.3f}, "
+            "at which it gives no power"
+        )
     solver = EcoSolver(limits)
     asked = solver.priced(price).journey_time if price is not None else solver.least_time if journey_time is None else journey_time
     found = _lasting(limits, asked if price is None else None, soc, price, temperature, least)
@@ -227,6 +230,6 @@ def _refuse_empty(drive: BatteryDrive, least: float) -> None:
     rest = np.interp([at, limits.s[-1]], ledger.distance[1:], np.cumsum(ledger.power * np.diff(ledger.time)))
     missing = max(float(rest[1] - rest[0]), 0.0) + ledger.unserved
     raise InfeasibleError(
-        f"{limits.name}: the battery ({limits.vehicle.name}, charge {drive.soc[0]:.3f}) is empty at s = {at:.1f} m of {limits.s[-1]:.1f} m even "
-        f"when driven as thriftily as can be: {missing / KWH:.3f} kWh are missing"
+        f"{limits.name}: the battery ({limits.vehicle.name}, state of charge {drive.soc[0]:.3f}) is empty at s = {at:.1f} m of "
+        f"{limits.s[-1]:.1f} m even when driven as thriftily as can be: {missing / KWH:.3f} kWh are missing"
     )

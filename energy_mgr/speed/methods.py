@@ -49,7 +49,7 @@ def plan_speed(limits: SpeedLimits, method: SpeedMethod = "eco", *, journey_time
 def _made(limits: SpeedLimits, method: SpeedMethod, journey_time: float | None, price: float | None) -> SpeedProfile:
     if method == "toppra":
         if journey_time is not None:
-            raise PlanningError(f"method toppra with time {journey_time:g} s, expected none: it finds the least time")
+            raise PlanningError(f"method toppra with time {journey_time:g} s, expected none: it finds the least time; eco keeps an arrival time")
         from .fastest.time_optimal import toppra_profile
 
         return toppra_profile(limits)

@@ -68,6 +68,11 @@ def balance(vehicle: Vehicle, ds: Any, v0: Any, v1: Any, dz: Any, brake: Any = 0
     return Interval(time, force, mean_speed, losses, energies)
 
 
+def spoken(component: str) -> str:
+    """What tables call a component: friction within the motors is not that of the brakes."""
+    return "motor friction" if component == "friction" else component
+
+
 @dataclass(frozen=True, eq=False)
 class Ledger:
     """The account of a drive over its n - 1 intervals.

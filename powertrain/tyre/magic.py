@@ -64,7 +64,7 @@ class MagicTyre(CheckedStruct, frozen=True, kw_only=True, tag_field="model", tag
         if self._curve(self._broadside) <= 0.0:
             raise VehicleError(
                 f"MagicTyre: stiffness {self.stiffness_factor:g}, shape {self.shape_factor:g} and curvature factor {self.curvature_factor:g} "
-                "turn the force round below broadside slip, expected a curve that is positive up to 90 degrees"
+                "turn the side force round below a slip angle of 90 degrees, expected a curve that is positive up to there"
             )
 
     def forces(self, kappa: Any, alpha: Any, load: Any, camber: Any = 0.0, friction: Any = 1.0) -> TyreForces:

@@ -50,7 +50,7 @@ def read(
     suffix = path.suffix.lower()
     if suffix in NETWORKS:
         if width is not None or lane is not None:
-            raise RoadError(f"{path}: holds lanes with borders, width and lane are for files without")
+            raise RoadError(f"{path}: holds lanes with borders, leave width and lane out, which are for files without")
         return _from_network(read_network(path), closed, road, start, goal, cost)
     if not (road is None and start is None and goal is None):
         raise RoadError(f"{path}: holds one road, a road's id or start and goal are for networks ({', '.join(NETWORKS)})")
@@ -148,7 +148,7 @@ def _from_table(path: Path, *, closed: bool | None, width: float | None, lane: f
     if is_path or (not table.names and (lane is not None or width is not None or 5 <= table.rows.shape[1] <= 7)):
         return path_table.of_table(table, closed=closed, lane=lane, width=width)
     if width is not None or lane is not None:
-        raise RoadError(f"{path}: a track holds its widths, width and lane are for files without borders")
+        raise RoadError(f"{path}: a track holds its widths, leave width and lane out, which are for files without borders")
     return track_csv.of_table(table, closed=closed)
 
 

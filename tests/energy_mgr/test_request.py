@@ -67,10 +67,10 @@ def test_what_is_wrong_in_a_file_is_named_with_its_key(found: dict[str, Any], wo
         ({"speed": "slow"}, "speed 'slow', expected one of fast, toppra, eco"),
         ({"margin": float("nan")}, "margin nan m"),
         ({"journey_time": 0.0}, "arrival time 0.0 s"),
-        ({"price": 1.0, "journey_time": 9.0}, "a price of time goes with"),
+        ({"price": 1.0, "journey_time": 9.0}, "price of time 1.0 W with speed eco, arrival time 9.0"),
         ({"method": "joint", "path": "lane"}, "method joint with path lane"),
         ({"speed": "fast", "rules": DriveRules(jerk=1.0)}, "speed fast knows no limit of jerk"),
-        ({"speed": "dp", "soc": 0.5}, "a charge with speed dp"),
+        ({"speed": "dp", "soc": 0.5}, "a state of charge with speed dp"),
     ],
 )
 def test_wishes_that_make_no_sense_are_refused_before_anything_is_planned(wrong: dict[str, Any], words: str):

@@ -14,9 +14,9 @@ def test_shipped_cars_have_no_findings(name: str):
 
 CASES = [
     ("mass_kg = 1013.0 ", "mass_kg = -1.0 ", "error", "chassis.mass_kg is -1.0"),
-    ("cog_height_m = 0.45", "cog_height_m = 1.45", "warning", "tips over at 0.47 g"),
+    ("cog_height_m = 0.45", "cog_height_m = 1.45", "warning", "tips over at 0.47 g of lateral acceleration, expected 0.7 g or more"),
     ("roll_stiffness_nmprad = 44400.0", "roll_stiffness_nmprad = 400.0", "error", "expected more than the weight's 4472 Nm/rad"),
-    ("front_track_m = 1.35", "front_track_m = 1.95", "error", "a track is wider than chassis.width_m"),
+    ("front_track_m = 1.35", "front_track_m = 1.95", "error", "a track of 1.95 m is wider than chassis.width_m, 1.7 m"),
     ("rolling_radius_m = 0.27365", "rolling_radius_m = 0.3722", "warning", "rolling radius 0.372 m, chassis.wheel_radius_m is 0.274 m"),
     ('cell = "nmc_40ah"', 'cell = "lead"', "error", "no such file and no shipped cell"),
     ("power_max_w = 16000.0", "power_max_w = 90000.0", "warning", "the motors take 360 kW"),

@@ -88,7 +88,7 @@ def all_coefficients(problem: CurvatureProblem) -> PlanarCurve:
         PlanningError: a circuit; the published formulation is for open roads.
     """
     if problem.ends is None:
-        raise PlanningError("P0a is formulated for open roads, this is a circuit")
+        raise PlanningError(f"{problem.corridor.name}: P0a is formulated for open roads, this is a circuit")
     spline = problem.spline
     n, normal = len(spline.q), spline.frame[1]
     right, left = problem.borders

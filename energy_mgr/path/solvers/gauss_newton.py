@@ -190,11 +190,11 @@ class _Run:
         """The minimiser by the other back end, which takes over; at the first QP find out first whether the borders contradict each other."""
         if first:
             refuse_contradiction(self.problem)
-        self.name = "clarabel" if self.name == "piqp" else "piqp"
+        before, self.name = self.name, "clarabel" if self.name == "piqp" else "piqp"
         self.backend = qp_solver(self.name)
         found = self._checked(qp, self.backend.solve(qp, _FINEST_QP))
         if found is None:
-            raise SolverError(f"{self.problem.corridor.name}: both QP solvers failed on the path")
+            raise SolverError(f"{self.problem.corridor.name}: the QP solvers {before} and {self.name} both failed on the path")
         return found
 
     def _merit(self, x: Floats, scale: float) -> float:

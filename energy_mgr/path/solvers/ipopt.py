@@ -54,7 +54,7 @@ def solve(
     found = solver(x0=x, lbx=lower, ubx=upper, lbg=np.concatenate([rhs, rows.lower, -most]), ubg=np.concatenate([rhs, rows.upper, most]))
     stats: dict[str, Any] = solver.stats()
     if not stats["success"]:
-        raise SolverError(f"{problem.corridor.name}: IPOPT ended with {stats['return_status']}")
+        raise SolverError(f"{problem.corridor.name}: IPOPT ended with {stats['return_status']}; method gauss-newton solves the same problem")
     if report:
         report(f"path: IPOPT, {stats['iter_count']} iterations, cost {float(found['f']):.6f}")
     cost = float(found["f"])

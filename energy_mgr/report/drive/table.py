@@ -118,7 +118,7 @@ def drive_table(drive: Drive, plan: Plan | None = None) -> str:
             f"time           {drive.journey_time:.2f} s, planned {planned_time(drive):.2f} s{_so_far(drive)}; {drive.duration:.2f} s were simulated",
             *_energy_lines(drive, plan),
             f"tracking       offset {_length(drive.offset_rms)} rms, {_length(drive.offset_max)} at most",
-            f"calm           {_jitter(drive)}",
+            f"jitter         {_jitter(drive)}",
             *_trouble_lines(drive),
             f"speed          {drive.duration / drive.wall:.1f} times real time; a step of the manager takes {_step(drive)}",
             "",
@@ -144,7 +144,7 @@ def _energy_lines(drive: Drive, plan: Plan | None) -> list[str]:
     return [
         f"drives         {energy / KWH:.4f} kWh, planned {planned / KWH:.4f} kWh{_so_far(drive)} ({(energy - planned) / KWH:+.4f} kWh{share})",
         f"battery        {drive.battery_energy / KWH:.4f} kWh at its terminals, {(per['auxiliary'] + per['converter']) / KWH:.4f} of them for "
-        f"auxiliaries; charge {100.0 * soc[0]:.2f} % to {100.0 * soc[-1]:.2f} %{missing}",
+        f"auxiliaries; state of charge {100.0 * soc[0]:.2f} % to {100.0 * soc[-1]:.2f} %{missing}",
         *([f"               beyond the cell's limits: {', '.join(beyond)}"] if beyond else []),
     ]
 

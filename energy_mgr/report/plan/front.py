@@ -25,7 +25,7 @@ def front_table(front: Front, limits: SpeedLimits, length: float) -> str:
     lines = [
         f"{limits.name}: {length:.0f} m of path, {limits.vehicle.name}, {len(limits.s)} stations",
         "",
-        f"{'time s':>9}{'energy kWh':>12}{'later %':>9}{'less energy %':>15}{'W per s':>11}{'gap':>9}{'top km/h':>10}",
+        f"{'time s':>9}{'energy kWh':>12}{'later %':>9}{'less energy %':>15}{'price W':>11}{'gap':>9}{'top km/h':>10}",
     ]
     for row in _rows(front):
         time, energy, later, less, price, gap, top, _ = row

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from powertrain import KWH
+from powertrain.energy.balance import spoken
 
 from ...planning.one_call import saving_percent
 
@@ -36,7 +37,7 @@ def comparison_table(plan: Plan) -> str:
         f"{'':28}{'time s':>9}{'energy kWh':>12}{'saved kWh':>11}{'saved %':>9}",
         *(_row(label, run, plan.baseline, run is plan.chosen) for label, run in rows),
         "",
-        "energy of the plan in kWh: " + ", ".join(f"{name} {value / KWH:.4f}" for name, value in plan.chosen.ledger.components.items()),
+        "energy of the plan in kWh: " + ", ".join(f"{spoken(name)} {value / KWH:.4f}" for name, value in plan.chosen.ledger.components.items()),
         *_notes(plan),
     ]
     return "\n".join(lines)
@@ -82,7 +83,8 @@ def _battery_note(plan: Plan) -> str:
     if battery is None:
         return ""
     soc, charge = battery.soc, battery.charge
-    words = f"Battery: charge {soc[0]:.3f} -> {soc[-1]:.3f}, {charge.energy / KWH:.4f} kWh with auxiliaries, {charge.loss / KWH:.4f} kWh lost inside."
+    words = f"Battery: state of charge {soc[0]:.3f} -> {soc[-1]:.3f}, {charge.energy / KWH:.4f} kWh with auxiliaries, "
+    words += f"{charge.loss / KWH:.4f} kWh lost inside."
     if battery.put_off > 0.1:
         words += f" The arrival is put off by {battery.put_off:.1f} s, from {battery.asked_time:.1f} s, for power and charge to last."
     return words

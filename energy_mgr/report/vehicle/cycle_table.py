@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from powertrain import KWH
+from powertrain.energy.balance import spoken
 
 from ...errors import PlanningError
 from ..picture import PICTURES, save_picture
@@ -44,7 +45,7 @@ def cycle_table(vehicle: Vehicle, name: str, ledger: ChargeLedger, *, until_empt
     lines.append(f"consumption    {asked * per:.2f} kWh/100 km at the battery's terminals, {asked / KWH:.3f} kWh in all")
     lines.append(f"{'':18}{'kWh':>9}{'kWh/100 km':>12}{'%':>8}")
     rows = {key: value for key, value in ledger.components.items() if abs(value) > 1e-6 * max(map(abs, ledger.components.values()))}
-    lines += [f"  {key:16}{value / KWH:9.3f}{value * per:12.2f}{_percent(value, asked):>8}" for key, value in rows.items()]
+    lines += [f"  {spoken(key):16}{value / KWH:9.3f}{value * per:12.2f}{_percent(value, asked):>8}" for key, value in rows.items()]
     return "\n".join([*lines, *_battery_lines(ledger), *_limit_lines(ledger), _range_line(ledger, until_empty)])
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from powertrain import KWH
 from powertrain.battery import load_cell
+from powertrain.energy.balance import spoken
 from powertrain.energy.cycle import drive_cycle
 from powertrain.energy.performance import acceleration_time, best_point, characteristic_speed, steepest_slope, top_speed, understeer_gradient
 from powertrain.energy.thermal import continuous_torque
@@ -31,7 +32,7 @@ def vehicle_table(vehicle: Vehicle) -> str:
     """A car in some fifteen lines."""
     chassis, limits = vehicle.chassis, vehicle.limits
     lines = [
-        f"{vehicle.name}: {chassis.mass_kg:.0f} kg, {chassis.width_m:.2f} m wide, wheels of {chassis.wheel_radius_m:.3f} m",
+        f"{vehicle.name}: {chassis.mass_kg:.0f} kg, {chassis.width_m:.2f} m wide, wheel radius {chassis.wheel_radius_m:.3f} m",
         *_drive_lines(vehicle),
         f"top speed      {KMH * top_speed(vehicle):.0f} km/h (stated {KMH * limits.speed_max_mps:.0f})",
         f"acceleration   {', '.join(_sprints(vehicle)) or 'none'}",
@@ -84,7 +85,7 @@ def _handling_lines(vehicle: Vehicle) -> list[str]:
 def _consumption_lines(vehicle: Vehicle) -> list[str]:
     cycle = cycles.load(CYCLE)
     ledger = drive_cycle(vehicle, cycle.t, np.minimum(cycle.v, vehicle.limits.speed_max_mps))
-    parts = ", ".join(f"{name} {value / ledger.energy:.0%}" for name, value in ledger.components.items() if value > 0.005 * ledger.energy)
+    parts = ", ".join(f"{spoken(name)} {value / ledger.energy:.0%}" for name, value in ledger.components.items() if value > 0.005 * ledger.energy)
     slow = f" at {KMH * vehicle.limits.speed_max_mps:.0f} km/h at most" if np.max(cycle.v) > vehicle.limits.speed_max_mps else ""
     slow += f", falling behind by {KMH * ledger.missed:.0f} km/h" if ledger.missed > 0.1 else ""
     lines = [f"consumption    {ledger.consumption / KWH * 1e5:.1f} kWh/100 km from the battery on the WLTC{slow} ({parts})"]

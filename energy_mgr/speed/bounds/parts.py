@@ -178,7 +178,8 @@ class Jerk(Everywhere):
         """
         positive("jerk", self.most, "m/s^3")
         if limits.closed:
-            raise PlanningError(f"{limits.name}: a limit of jerk needs an open road, this is a circuit")
+            remedy = "read it as open (--open), or leave the limit out"
+            raise PlanningError(f"{limits.name}: a limit of jerk needs an open road, this is a circuit; {remedy}")
         return replace(limits, jerk=min(limits.jerk, self.most))
 
 
@@ -221,7 +222,8 @@ class SpeedCap:
         """
         s, v = np.ravel(np.asarray(self.s, dtype=np.float64)), np.ravel(np.asarray(self.v, dtype=np.float64))
         if s.shape != v.shape or not np.all(np.diff(s) > 0.0) or not len(s):
-            raise PlanningError(f"{limits.name}: cap `{self.name}` with stations of shape {s.shape}, speeds {v.shape}, expected increasing stations")
+            found = f"stations of shape {s.shape}, speeds {v.shape}"
+            raise PlanningError(f"{limits.name}: cap `{self.name}` with {found}, expected increasing stations and a speed for each")
         inner = 0.5 * (limits.s[1:] + limits.s[:-1])
         at = np.searchsorted(s, inner, side="right") - 1
         within = np.where(at >= 0, v[np.maximum(at, 0)], np.inf)

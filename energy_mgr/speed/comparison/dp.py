@@ -90,7 +90,7 @@ def dp_profile(
 
 def _refuse(limits: SpeedLimits, journey_time: float | None, levels: int, price: float | None, refinements: int) -> None:
     if (journey_time is None) == (price is None):
-        raise PlanningError(f"{limits.name}: expected either an arrival time or a price of time")
+        raise PlanningError(f"{limits.name}: arrival time {journey_time}, price of time {price}; expected either an arrival time or a price of time")
     if limits.windows:
         raise PlanningError(f"{limits.name}: a window at s = {limits.windows[0].s:g} m, which method dp does not know; use eco or nlp")
     if np.isfinite(limits.jerk):

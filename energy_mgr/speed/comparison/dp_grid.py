@@ -83,7 +83,7 @@ class SpeedGrid:
         found = costs[np.arange(len(self.ends)), self.ends]
         which = int(np.argmin(found))
         if not np.isfinite(found[which]):
-            raise SolverError(f"{self.limits.name}: the grid of speeds has no way through")
+            raise SolverError(f"{self.limits.name}: no row of speeds of the grid keeps the limits from start to end; more levels, or method eco")
         return self._walked(which, choice[::-1])
 
     def _walked(self, which: int, choice: list[NDArray[np.int32]]) -> Floats:

@@ -67,7 +67,8 @@ def nlp_profile(limits: SpeedLimits, journey_time: float, *, tolerance: float = 
     programme = _Programme(limits, max(journey_time, fastest.journey_time))
     answer, stats = programme.solved(fastest.v * min(fastest.journey_time / journey_time, _INSIDE), tolerance)
     if not stats["success"]:
-        raise SolverError(f"{limits.name}: IPOPT ended with {stats['return_status']} after {stats['iter_count']} iterations")
+        how = f"{stats['return_status']} after {stats['iter_count']} iterations"
+        raise SolverError(f"{limits.name}: IPOPT ended with {how}; method eco solves the same problem")
     v, brake = programme.found(np.array(answer["x"]).ravel())
     check_profile(limits, v, brake)
     check_times(limits, v, journey_time)

@@ -93,10 +93,10 @@ class SpeedPlanner:
             raise PlanningError(f"{limits.name}: horizon {horizon} m, budget {budget} s, expected more than 0")
         if soc is not None:
             if not 0.0 <= soc <= 1.0:
-                raise PlanningError(f"{limits.name}: charge {soc}, expected 0 to 1")
+                raise PlanningError(f"{limits.name}: state of charge {soc}, expected 0 to 1")
             powers = instant_powers(limits.vehicle, soc)
             if powers[0] <= 0.0:
-                raise InfeasibleError(f"{limits.name}: the battery of {limits.vehicle.name} gives no power at charge {soc:g}")
+                raise InfeasibleError(f"{limits.name}: the battery of {limits.vehicle.name} gives no power at a state of charge of {soc:g}")
             limits = BatteryPower(*powers).added(limits)
         self.limits, self.journey_time, self._horizon, self._budget = limits, journey_time, horizon, budget
         # the steps' model has all bounds on force, since the battery's change; the journey's solution is where the first step starts

@@ -191,7 +191,9 @@ def scaled_profile(limits: SpeedLimits, journey_time: float) -> SpeedProfile:
     if best.journey_time < journey_time:
         factor = _factor(late)
     if abs(late(factor)) > _TIME_TOLERANCE:
-        raise InfeasibleError(f"{limits.name}: no common scale of speed and acceleration arrives after {journey_time:.2f} s: a slope needs momentum")
+        raise InfeasibleError(
+            f"{limits.name}: no common scale of speed and acceleration arrives after {journey_time:.2f} s: a slope needs momentum; eco keeps it"
+        )
     profile = fastest_profile(limits.scaled(factor))
     milliseconds = 1e3 * (time.perf_counter() - started)
     return SpeedProfile(profile.s, profile.v, "solved", count, milliseconds, scale=factor, brake=profile.brake, method="scaled")

@@ -72,7 +72,7 @@ def eco_profile(
         PlanningError: neither a time nor a price, or both; numbers out of range.
     """
     if (journey_time is None) == (price is None):
-        raise PlanningError(f"{limits.name}: expected either an arrival time or a price of time")
+        raise PlanningError(f"{limits.name}: arrival time {journey_time}, price of time {price}; expected either an arrival time or a price of time")
     if report:
         report(f"speed: least energy over {len(limits.s)} stations")
     solver = EcoSolver(limits)

@@ -124,5 +124,5 @@ def test_the_mirrored_car_moves_in_the_mirror(rng, name, tyre):
 
 
 def test_a_tyre_of_another_name_is_refused(romo):
-    with pytest.raises(PlanningError, match=r"tyre = 'rubber', expected linear, load or own"):
+    with pytest.raises(PlanningError, match=r"tyre of the allocation 'rubber', expected linear, load or own"):
         Effectiveness(Car(romo).layout, "rubber")  # type: ignore[arg-type]

@@ -230,7 +230,7 @@ def test_a_restored_allocator_goes_on_bit_for_bit(romo, allocator, cost):
 
 
 def test_costs_tyres_and_faults_that_do_not_exist_are_refused(romo):
-    with pytest.raises(PlanningError, match="cost = 'none', expected one of physical, heuristic, blended"):
+    with pytest.raises(PlanningError, match="allocation cost 'none', expected one of physical, heuristic, blended"):
         EfficientAllocator(romo, cost="none")
     layout = Layout(romo)
     short = Faults(motors=(1.0,)), Faults(brakes=(1.0, 1.0)), Faults(stuck=(None,))

@@ -16,6 +16,7 @@ def test_front_prints_and_writes_drives_that_trade_time_for_energy(tmp_path: Pat
     assert main(["front", "handling", "--count", "5", "--step", "4", "--out", str(out)]) == 0
     printed = capsys.readouterr().out
     assert "handling: " in printed
+    assert "price W" in printed
     rows = list(csv.DictReader(out.read_text().splitlines()))
     time, energy = (np.array([float(row[name]) for row in rows]) for name in ("time_s", "energy_kwh"))
     assert len(rows) == 5
@@ -42,13 +43,16 @@ def test_front_draws_a_picture(tmp_path: Path):
         (["plan", "commute", "--jerk", "-1"], "jerk -1.0 m/s^3, expected more than 0"),
         (["plan", "commute", "--grip", "nan"], "friction nan"),
         (["plan", "commute", "--speed", "fast", "--jerk", "1"], "speed fast knows no limit of jerk and no windows"),
-        (["plan", "commute", "--price", "3000", "--time", "200"], "a price of time goes with speed eco or dp, without an arrival time"),
+        (["plan", "commute", "--price", "3000", "--time", "200"], "expected speed eco or dp, no arrival time, method sequential"),
         (["plan", "commute", "--method", "joint", "--path", "lane"], "expected optimal and eco"),
-        (["plan", "commute", "--method", "joint", "--stop", "800"], "method joint knows no rules but the speeds at the ends"),
+        (
+            ["plan", "commute", "--method", "joint", "--stop", "800"],
+            "knows no rules but the speeds at the ends, expected method sequential for stops",
+        ),
         (["plan", "commute", "--start-speed", "30"], "start speed 30 m/s at s = 0.0 m, expected 0 to 13.89 m/s there (limit `posted`)"),
         (["plan", "handling", "--jerk", "1"], "a limit of jerk needs an open road"),
         (["plan", "commute", "--step", "0"], "0.0 m between stations"),
-        (["plan", "commute", "--soc", "1.5"], "charge 1.5, expected 0 to 1"),
+        (["plan", "commute", "--soc", "1.5"], "state of charge 1.5, expected 0 to 1"),
     ],
 )
 def test_what_makes_no_sense_ends_in_one_line(arguments: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]):

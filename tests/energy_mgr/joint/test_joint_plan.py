@@ -134,9 +134,9 @@ def test_failure_of_the_joint_problem_keeps_the_sequential_plan(romo: Vehicle, m
     ("wrong", "words"),
     [
         ({"margin": float("nan")}, "margin nan m"),
-        ({"step": 0.0}, "step 0.0 m"),
+        ({"step": 0.0}, "step of the joint plan 0.0 m"),
         ({"journey_time": float("nan")}, "arrival time nan s"),
-        ({"start": "nowhere"}, "start 'nowhere'"),
+        ({"start": "nowhere"}, "start of the joint plan 'nowhere'"),
     ],
 )
 def test_arguments_out_of_range_are_refused(wrong, words: str, romo: Vehicle):

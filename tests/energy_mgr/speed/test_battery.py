@@ -90,7 +90,7 @@ def test_an_empty_battery_says_where_and_how_much_is_missing():
         InfeasibleError, match=r"is empty at s = \d+\.\d m of 1500\.0 m even when driven as thriftily as can be: 0\.\d+ kWh are missing"
     ):
         battery_profile(limits, 120.0, start)
-    with pytest.raises(InfeasibleError, match=r"holds 0\.050 at the start, its least charge is 0\.050"):
+    with pytest.raises(InfeasibleError, match=r"state of charge 0\.050 at the start, expected more than the least of ROMO.s battery, 0\.050"):
         battery_profile(limits, 120.0, LEAST)
 
 

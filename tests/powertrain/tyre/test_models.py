@@ -231,7 +231,7 @@ def test_a_value_out_of_range_is_refused_by_name_with_what_was_expected(key: str
 
 
 def test_a_curve_that_turns_the_force_round_is_refused():
-    with pytest.raises(VehicleError, match="turn the force round"):
+    with pytest.raises(VehicleError, match="turn the side force round below a slip angle of 90 degrees"):
         magic_tyre(shape_factor=2.5, curvature_factor=-20.0, stiffness_factor=20.0)
 
 

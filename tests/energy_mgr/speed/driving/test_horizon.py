@@ -143,7 +143,7 @@ def test_steps_with_a_battery_are_planned_from_the_last_solution_and_from_none(s
 def test_what_makes_no_sense_is_refused():
     with pytest.raises(PlanningError, match="this is a circuit"):
         SpeedPlanner(limits_on("handling"), 100.0)
-    with pytest.raises(InfeasibleError, match="gives no power at charge 0.01"):
+    with pytest.raises(InfeasibleError, match="gives no power at a state of charge of 0.01"):
         SpeedPlanner(limits_on("commute"), 200.0, soc=0.01)
     with pytest.raises(PlanningError, match="horizon 0"):
         SpeedPlanner(limits_on("commute"), 200.0, horizon=0.0)
