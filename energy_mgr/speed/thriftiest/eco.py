@@ -269,7 +269,7 @@ class EcoSolver:
         arrival = float(arrival_times(limits, v)[-1])
         bound = lower_bound(limits, programme, iterate, self.fastest.v, v, arrival if np.isinf(journey_time) else journey_time)
         moved = sum(abs(part) for part in ledger.components.values())
-        prices = programme._prices(iterate.price) * self._model.unit
+        prices = programme.prices(iterate.price) * self._model.unit
         early = np.isfinite(journey_time) and arrival < journey_time - TIME_TOLERANCE
         gap = max(ledger.total - bound, 0.0) / moved
         # what is proven to be the optimum is solved, whatever the last residual
