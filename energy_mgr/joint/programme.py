@@ -21,7 +21,7 @@ from powertrain.energy.balance import KWH, balance
 from powertrain.symbolic import ca
 
 from ..errors import SolverError
-from ..path.problem.problem import CURVATURE_SHARE
+from ..path.problem.bends import CURVATURE_SHARE
 from .assembly import Assembled, assemble
 from .grid import Grid
 from .interval import OUTPUTS, Scales, interval_function

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..problem.objective import Objective
-from ..problem.problem import CurvatureProblem, drawn_in
+from ..problem.offsets import drawn_in
+from ..problem.problem import CurvatureProblem
 from ..problem.spline import PER_KNOT, ReducedSpline
 
 if TYPE_CHECKING:

@@ -59,6 +59,23 @@ def along(curve: PlanarCurve, reference: PlanarCurve, q: float, offset: float) -
     return End(offset, turn if abs(turn) < _ASLANT else 0.0)
 
 
+def held(
+    ends: tuple[End | None, End | None], curve: PlanarCurve, spline: ReducedSpline, offset: Floats, curvature_max: float, name: str
+) -> tuple[End, End]:
+    """The ends of an open path; those that are not given lie along `curve`, at the `offset` (n,) that the knots begin with.
+
+    Raises:
+        PlanningError: a given curvature is above `curvature_max`, 1/m.
+    """
+    first, last = (
+        along(curve, spline.reference, float(spline.q[k]), float(offset[k])) if end is None else end for k, end in ((0, ends[0]), (-1, ends[1]))
+    )
+    for end in (first, last):
+        if end.curvature is not None and abs(end.curvature) > curvature_max:
+            raise PlanningError(f"{name}: curvature {end.curvature:.4g} 1/m at an end, expected at most {curvature_max:.4g} 1/m")
+    return first, last
+
+
 def conditions(spline: ReducedSpline, end: End, *, last: bool) -> tuple[list[int], Floats, Floats]:
     """Segments, rows (k, 6) over the variables of the segment, and right-hand sides of an end.
 

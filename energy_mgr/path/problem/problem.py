@@ -14,11 +14,13 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from ...errors import PlanningError
 from . import ends as ends_
+from .bends import Bends, watched
 from .ends import End
+from .joints import joints, jumps, segments_at
 from .knots import equal_knots
 from .objective import Model, Objective, Weights, nodes
+from .offsets import beside, drawn_in
 from .spline import PER_KNOT, ReducedSpline
 
 if TYPE_CHECKING:
@@ -29,8 +31,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.intp]
 
-#: The curvature rows aim at this share of the bound, so that the path keeps it between them too.
-CURVATURE_SHARE = 0.998
 _FREE = np.zeros(0)
 
 
@@ -110,25 +110,10 @@ class CurvatureProblem:
         right, left = corridor.offsets(q)
         offset = beside(start, reference, q)
         middle = beside(start, reference, nodes(spline).ravel()).reshape(len(spline.h), -1) if weights.offset > 0.0 else np.zeros((0, 4))
-        held = None
-        if not spline.closed:
-            first, last = (
-                ends_.along(start, reference, float(q[k]), float(np.clip(offset[k], right[k], left[k]))) if end is None else end
-                for k, end in ((0, ends[0]), (-1, ends[1]))
-            )
-            held = first, last
-            for end in held:
-                if end.curvature is not None and abs(end.curvature) > curvature_max:
-                    raise PlanningError(f"{corridor.name}: curvature {end.curvature:.4g} 1/m at an end, expected at most {curvature_max:.4g} 1/m")
+        held = None if spline.closed else ends_.held(ends, start, spline, np.clip(offset, right, left), curvature_max, corridor.name)
         objective = Objective(spline, weights, middle)
         made = cls(corridor, spline, np.clip(offset, right, left), held, objective, rows, np.full(len(rows), tighter), tighter, curvature_max)
-        return made if np.isinf(curvature_max) else replace(made, bend_q=made._bend_stations())
-
-    def _bend_stations(self) -> Floats:
-        """Where the curvature is watched from the start: at the knots and between them where the road bends by half the bound or more."""
-        breaks = self.spline.breaks
-        q = np.sort(np.concatenate([self.spline.q, 0.5 * (breaks[1:] + breaks[:-1])]))
-        return q[np.abs(self.corridor.reference.curvature(q)) > 0.5 * self.curvature_max]
+        return made if np.isinf(curvature_max) else replace(made, bend_q=watched(spline, curvature_max))
 
     # -- short names of what the spline holds ----------------------------------------------------------------------------------------
 
@@ -219,8 +204,7 @@ class CurvatureProblem:
         """A and b of A x = b: continuous slope at the knots (3.7), along and across the road; on open roads the ends."""
         spline = self.spline
         joint, constant = self.joint_table
-        inner = self._inner
-        before, after = (inner - 1) % len(spline.h), inner % len(spline.h)
+        before, after = segments_at(joints(spline), spline)
         columns = np.concatenate([spline.columns[before], spline.columns[after][:, 3:]], axis=1)
         parts, rhs = [(np.repeat(columns, 2, axis=0), joint.reshape(-1, 9))], [-constant.ravel()]
         for end, last in zip(self.ends or (), (False, True), strict=False):
@@ -229,44 +213,24 @@ class CurvatureProblem:
             rhs.append(values)
         return spline.stacked(parts), np.concatenate(rhs)
 
-    @property
-    def _inner(self) -> Ints:
-        """Knots at which two segments join."""
-        return np.arange(len(self.q)) if self.closed else np.arange(1, len(self.q) - 1)
-
     @cached_property
     def joint_table(self) -> tuple[Floats, Floats]:
         """Jump of the slope at the joints, along and across the road: rows (k, 2, 9) by the variables of three knots, constants (k, 2)."""
-        spline, inner = self.spline, self._inner
-        before, after = (inner - 1) % len(spline.h), inner % len(spline.h)
-        size = 0.5 * (spline.h[before] + spline.h[after])
-        left, right = spline.basis(spline.breaks[before + 1], 1, before), spline.basis(spline.breaks[after], 1, after)
-        directions = np.stack(spline.frame, axis=1)[inner]
-        values = [size[:, None, None] * np.matmul(directions, basis.matrix) for basis in (left, right)]
-        constant = size[:, None] * np.matmul(directions, (left.constant - right.constant)[:, :, None])[:, :, 0]
-        joint = np.concatenate([values[0][:, :, :3], values[0][:, :, 3:] - values[1][:, :, :3], -values[1][:, :, 3:]], axis=2)
-        return joint, constant
+        return jumps(self.spline)
 
     # -- curvature -------------------------------------------------------------------------------------------------------------------
 
     @cached_property
-    def _bends(self) -> tuple[Any, Any]:
-        return self.spline.basis(self.bend_q, 1), self.spline.basis(self.bend_q, 2)
+    def _bends(self) -> Bends:
+        return Bends.at(self.spline, self.bend_q)
 
     def curvatures(self, x: Floats) -> tuple[Floats, Floats]:
         """Curvature (k,) at `bend_q` as a multiple of what it may be, and its derivatives (k, 6) by the segment's variables."""
-        first, second = self._bends
-        p, q = self.spline.values(first, x), self.spline.values(second, x)
-        square, cross = np.sum(p**2, axis=1), p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
-        by_p = np.column_stack([q[:, 1], -q[:, 0]]) - 3.0 * (cross / square)[:, None] * p
-        by_q = np.column_stack([-p[:, 1], p[:, 0]])
-        jacobian = np.matmul(by_p[:, None, :], first.matrix)[:, 0] + np.matmul(by_q[:, None, :], second.matrix)[:, 0]
-        scale = square**-1.5 / (CURVATURE_SHARE * self.curvature_max)
-        return cross * scale, jacobian * scale[:, None]
+        return self._bends.shares(x, self.curvature_max)
 
     def bend_rows(self, values: Floats) -> sp.csc_matrix:
         """The derivatives of `curvatures` as a sparse matrix."""
-        return self.spline.rows(self._bends[0].segment, values)
+        return self.spline.rows(self._bends.first.segment, values)
 
     def too_tight(self, x: Floats) -> float:
         """Sum of what the curvature at `bend_q` exceeds its bound by, as multiples of the bound."""
@@ -305,24 +269,3 @@ class CurvatureProblem:
         beyond = np.concatenate([np.maximum(value - rows.upper, rows.lower - value), np.maximum(e - most[2::PER_KNOT], least[2::PER_KNOT] - e)])
         at = int(np.argmax(beyond))
         return float(beyond[at]), float(np.concatenate([rows.q, self.q])[at])
-
-
-def beside(curve: PlanarCurve, reference: PlanarCurve, q: Floats) -> Floats:
-    """(k,) offset of `curve` from the reference at stations `q`: where it crosses the reference's normals, m."""
-    points, normal = reference.position(q), reference.normal(q)
-    tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
-    s, _ = curve.project(points, q * curve.length / reference.length)
-    for _ in range(20):
-        gap = curve.position(s) - points
-        # along the normal the crossing has no component along the tangent
-        step = np.sum(gap * tangent, axis=1) / np.maximum(np.sum(curve.tangent(s) * tangent, axis=1), 0.2)
-        s = s - step
-        if np.max(np.abs(step), initial=0.0) < 1e-9:
-            break
-    return np.sum((curve.position(s) - points) * normal, axis=1)
-
-
-def drawn_in(right: Floats, left: Floats, tighter: Floats | float) -> tuple[Floats, Floats]:
-    """Borders (right, left) moved towards each other by `tighter`, but by no more than a quarter of what is between them."""
-    least = np.minimum(tighter, 0.25 * np.maximum(left - right, 0.0))
-    return right + least, left - least

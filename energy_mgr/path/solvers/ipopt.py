@@ -12,6 +12,7 @@ import numpy as np
 from powertrain.symbolic import ca
 
 from ...errors import SolverError
+from ..problem.bends import CURVATURE_SHARE
 from ..problem.spline import PER_KNOT
 from .solution import Solution
 
@@ -123,8 +124,6 @@ def _cost(problem: CurvatureProblem, x: Any) -> Any:
 
 def _bends(problem: CurvatureProblem, x: Any) -> Any:
     """Curvature where it is watched, as multiples of what it may be."""
-    from ..problem.problem import CURVATURE_SHARE
-
     spline = problem.spline
     which = spline.segment_of(problem.bend_q)
     segments = _segments(problem, x, which.tolist())

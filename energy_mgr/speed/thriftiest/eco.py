@@ -16,15 +16,16 @@ import numpy as np
 
 from powertrain import drive_energy
 
-from ...errors import InfeasibleError, PlanningError, SolverError
+from ...errors import PlanningError, SolverError
 from ..bounds.jerk import JerkModel, jerk_of
-from ..checks import TIME_TOLERANCE, arrival_times, check_profile, check_times, station_number
+from ..checks import TIME_TOLERANCE, arrival_times, check_profile, check_times
 from ..fastest.forward_backward import fastest_profile, friction_braking, refuse_too_early
 from ..result import Front, SpeedProfile, energy_of
 from .interior import ChainProgramme
 from .interval import IntervalModel
 from .iterate import Deadline, Iterate, Solution
 from .proof import lower_bound
+from .windows import refuse_windows, shares_through, window_deadlines
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,8 +44,6 @@ _REDUCED = 1e-5
 _STARTS = (1.0, 1.0), (1.0, 1e-2), (0.3, 1e-2)
 #: How much later than the least time a profile is sought where none is known to arrive just then.
 _ROOM = 1e-3
-#: How far inside its window a first guess passes, as a share of the least time to it.
-_WITHIN = 0.02
 #: A gap below which a profile is the optimum to all purposes.
 _PROVEN = 1e-5
 #: A front reaches from the fastest drive to this multiple of its time, unless driving slower costs more energy before that.
@@ -209,26 +208,11 @@ class EcoSolver:
         fixed = bound <= 0.0
         if not limits.closed:
             fixed[[0, -1]] = True
-        for window in limits.windows:
-            number = station_number(limits, window.s)
-            # a window of no width has no inside; the check of times allows more than this
-            ease = 0.25 * TIME_TOLERANCE if window.latest - window.earliest < 0.5 * TIME_TOLERANCE else 0.0
-            if np.isfinite(window.latest):
-                deadlines.append(Deadline(number, window.latest + ease, 1))
-            if window.earliest > 0.0:
-                deadlines.append(Deadline(number, window.earliest - ease, -1))
-        return ChainProgramme(model, bound, fixed, deadlines, price=price, weight=weight, jerk=self._jerk)
+        return ChainProgramme(model, bound, fixed, [*deadlines, *window_deadlines(limits)], price=price, weight=weight, jerk=self._jerk)
 
     def _scaled(self, factor: float) -> Floats:
         """v^2/2 of the fastest speeds times a factor, scaled; from window to window slower still where one opens late."""
-        limits, fastest = self.limits, arrival_times(self.limits, self.fastest.v)
-        share, first, passed = np.full(len(limits.s), factor), 0, 0.0
-        for window in limits.windows:
-            last = station_number(limits, window.s)
-            least = float(fastest[last] - fastest[first])
-            late = min(max(passed + least / np.sqrt(factor), window.earliest + _WITHIN * least), max(window.latest - _WITHIN * least, passed + least))
-            share[first : last + 1] = np.minimum(share[first : last + 1], (least / (late - passed)) ** 2)
-            first, passed = last, late
+        share = shares_through(self.limits, self.fastest.v, factor)
         return 0.5 * np.minimum(share, 0.98) * self.fastest.v**2 / self._model.energy_scale
 
     def _solved(self, programme: ChainProgramme, slower: float, warm: Iterate | None, words: str) -> Solution:
@@ -269,7 +253,7 @@ class EcoSolver:
         arrival = float(arrival_times(limits, v)[-1])
         bound = lower_bound(limits, programme, iterate, self.fastest.v, v, arrival if np.isinf(journey_time) else journey_time)
         moved = sum(abs(part) for part in ledger.components.values())
-        prices = programme._prices(iterate.price) * self._model.unit
+        prices = programme.prices(iterate.price) * self._model.unit
         early = np.isfinite(journey_time) and arrival < journey_time - TIME_TOLERANCE
         gap = max(ledger.total - bound, 0.0) / moved
         # what is proven to be the optimum is solved, whatever the last residual
@@ -277,30 +261,4 @@ class EcoSolver:
         milliseconds = 1e3 * (time.perf_counter() - started)
         return SpeedProfile(
             limits.s, v, status, found.iterations, milliseconds, brake=brake, method="eco", lower_bound=bound, gap=gap, price=float(prices[-1])
-        )
-
-
-def refuse_windows(limits: SpeedLimits, fastest: Floats, journey_time: float) -> None:
-    """Refuse windows that even the fastest profile cannot meet.
-
-    Raises:
-        InfeasibleError: a window, or two of them, with station and by how much.
-    """
-    arrival = arrival_times(limits, fastest)
-    before, before_t, before_words = 0, 0.0, "the start"
-    for window in limits.windows:
-        at = station_number(limits, window.s)
-        least = before_t + float(arrival[at] - arrival[before])
-        if least > window.latest + 1e-9:
-            raise InfeasibleError(
-                f"{limits.name}: the window at s = {window.s:g} m of the path ends at {window.latest:.2f} s, the earliest arrival from "
-                f"{before_words} is {least:.2f} s, {least - window.latest:.2f} s too late"
-            )
-        if window.earliest > least:
-            before, before_t, before_words = at, window.earliest, f"the window at s = {window.s:g} m"
-    least = before_t + float(arrival[-1] - arrival[before])
-    if least > journey_time * (1.0 + 1e-6) and before:
-        raise InfeasibleError(
-            f"{limits.name}: arrival after {journey_time:.2f} s cannot be met from {before_words}: the least possible time is {least:.2f} s, "
-            f"{least - journey_time:.2f} s more"
         )

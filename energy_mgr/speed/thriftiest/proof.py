@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..bounds.speed_limits import SpeedLimits
-    from .interior import ChainProgramme
+    from .chain import Chain
     from .iterate import Iterate
 
     Floats = NDArray[np.float64]
 
 
-def lower_bound(limits: SpeedLimits, programme: ChainProgramme, found: Iterate, fastest: Floats, v: Floats, journey_time: float) -> float:
+def lower_bound(limits: SpeedLimits, programme: Chain, found: Iterate, fastest: Floats, v: Floats, journey_time: float) -> float:
     """Energy in J that no profile within `limits` undercuts that arrives within `journey_time` (and within the windows).
 
     Args:
@@ -49,7 +49,7 @@ def lower_bound(limits: SpeedLimits, programme: ChainProgramme, found: Iterate, 
 
 
 class _Bound:
-    def __init__(self, limits: SpeedLimits, programme: ChainProgramme, found: Iterate, fastest: Floats, v: Floats) -> None:
+    def __init__(self, limits: SpeedLimits, programme: Chain, found: Iterate, fastest: Floats, v: Floats) -> None:
         self.limits, self.programme, self.found = limits, programme, found
         self.fastest, self.v, self.mean = fastest, v, 0.5 * (v[1:] + v[:-1])
         count = len(limits.ds)

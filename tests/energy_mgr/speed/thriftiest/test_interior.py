@@ -21,8 +21,9 @@ from energy_mgr.speed import (
 )
 from energy_mgr.speed.bounds.jerk import JerkModel, jerk_of
 from energy_mgr.speed.bounds.parts import Part
-from energy_mgr.speed.thriftiest.interior import ChainProgramme, Deadline
+from energy_mgr.speed.thriftiest.interior import ChainProgramme
 from energy_mgr.speed.thriftiest.interval import IntervalModel
+from energy_mgr.speed.thriftiest.iterate import Deadline
 from powertrain import drive_energy
 
 from ..rig import ROMO, VAN, changed

@@ -26,8 +26,9 @@ from energy_mgr.speed import (
 )
 from energy_mgr.speed.checks import arrival_times, check_profile
 from energy_mgr.speed.fastest.forward_backward import friction_braking
-from energy_mgr.speed.thriftiest.interior import ChainProgramme, Deadline, Iterate
+from energy_mgr.speed.thriftiest.interior import ChainProgramme
 from energy_mgr.speed.thriftiest.interval import IntervalModel
+from energy_mgr.speed.thriftiest.iterate import Deadline, Iterate
 from energy_mgr.speed.thriftiest.proof import lower_bound
 from powertrain import drive_energy, load_vehicle
 
