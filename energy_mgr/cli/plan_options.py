@@ -42,7 +42,7 @@ _OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         ("--time", "journey_time"),
         {
             "type": float,
-            "help": "Arrival time, s after the start. Default: the least that both paths (lane and optimal) can make; with --speed fast that of --path.",
+            "help": "Arrival time, s after the start. Default: the least that both paths (lane, optimal) can make; with --speed fast that of --path.",
         },
     ),
     "margin": (
