@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from energy_mgr.path.knots import knots_by_need
 
+from energy_mgr.path.problem.knots import knots_by_need
 from roads import Road
 
 
