@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
+from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
+
+import numpy as np
 
 from roads.road import Extent
 
@@ -75,10 +78,21 @@ class PlanRequest:
         for name, allowed in _CHOICES.items():
             if getattr(self, name) not in allowed:
                 raise PlanningError(f"{name} {getattr(self, name)!r}, expected one of {', '.join(allowed)}")
+        for name, kind in (("rules", DriveRules), ("path_options", PathOptions)):
+            if not isinstance(getattr(self, name), kind):
+                raise PlanningError(f"{name} {getattr(self, name)!r}, expected {kind.__name__}")
+        for name in ("margin", "journey_time", "price", "soc"):
+            value = getattr(self, name)
+            if not (isinstance(value, Real) or (value is None and name != "margin")):
+                raise PlanningError(f"{name} {value!r}, expected a number")
         if not 0.0 <= self.margin < 100.0:
             raise PlanningError(f"margin {self.margin} m, expected 0 to 100 m")
         if self.journey_time is not None and not 0.0 < self.journey_time < 1e7:
             raise PlanningError(f"arrival time {self.journey_time} s, expected more than 0 and less than 1e7 s")
+        if self.price is not None and not 0.0 <= self.price < 1e9:
+            raise PlanningError(f"price of time {self.price} W, expected 0 to 1e9 W")
+        if self.soc is not None and not 0.0 <= self.soc <= 1.0:
+            raise PlanningError(f"state of charge {self.soc}, expected 0 to 1")
         if self.price is not None and (self.journey_time is not None or self.speed not in ("eco", "dp") or self.method == "joint"):
             found = f"price of time {self.price} W with speed {self.speed}, arrival time {self.journey_time}, method {self.method}"
             raise PlanningError(f"{found}; expected speed eco or dp, no arrival time, method sequential")
@@ -88,6 +102,16 @@ class PlanRequest:
             raise PlanningError("speed fast knows no limit of jerk and no windows, expected eco or nlp")
         if self.soc is not None and self.speed != "eco":
             raise PlanningError(f"a state of charge with speed {self.speed}, expected speed eco")
+
+    def refuse_beside(self, what: str, *counting: str) -> None:
+        """Refuse wishes that do not count for `what`, whose fields are named: they would be passed over without a word.
+
+        Raises:
+            PlanningError: a field beside these that is not as by default.
+        """
+        for one in fields(self):
+            if one.name not in counting and getattr(self, one.name) != _default(one):
+                raise PlanningError(f"{one.name} {getattr(self, one.name)!r} means nothing for {what}, expected it left out")
 
     def clearance(self, vehicle: Vehicle) -> float:
         """Distance of the car's centre line from the borders, m."""
@@ -119,10 +143,11 @@ class PlanRequest:
 
 
 def requested(request: PlanRequest | None, wishes: PlanWishes) -> PlanRequest:
-    """A request and keywords beside it as one request; `None` among the keywords stands for the default.
+    """A request and keywords beside it as one request; `None` among the keywords leaves what the request, or the default, has.
 
     Raises:
-        PlanningError: an unknown keyword, or as `PlanRequest`.
+        TypeError: an unknown keyword.
+        PlanningError: as `PlanRequest`.
     """
     for name in wishes:
         if name not in PlanRequest.__dataclass_fields__:
@@ -138,22 +163,30 @@ _INSIDE: dict[str, type] = {"rules": DriveRules, "path_options": PathOptions, "p
 _WORDS = {*_CHOICES, "path_options.method", "path_options.qp"}
 _FLAGS = {"rules.friction_brakes"}
 _WHOLE = {"path_options.control_points"}
-#: Left out: code, and what only retries set.
+#: Not read: code, and what only retries set.
 _HIDDEN = {"rules.parts", "path_options.density"}
+
+
+def _default(one: Field[Any]) -> Any:
+    return one.default_factory() if one.default_factory is not MISSING else one.default
 
 
 def _plain(value: Any) -> Any:
     if is_dataclass(value) and not isinstance(value, type):
         found = {}
         for one in fields(value):
+            if one.name == "density":  # what only retries set
+                continue
             own = getattr(value, one.name)
-            default = one.default_factory() if one.default_factory is not MISSING else one.default
-            if own != default:
+            if own != _default(one):
                 found[one.name] = _plain(own)
         return found
+    if isinstance(value, Window) and math.isinf(value.latest):
+        return [float(value.s), float(value.earliest)]
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    return value
+        # TOML has no null: an end that is left free is an empty table
+        return [{} if one is None else _plain(one) for one in value]
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def _made(kind: Any, found: Any, prefix: str) -> Any:
@@ -178,7 +211,7 @@ def _value(key: str, value: Any) -> Any:
     if key == "rules.stops":
         return tuple(_number(key, one) for one in _list(key, value))
     if key == "rules.windows":
-        return tuple(Window(*(_number(key, number) for number in _list(key, one, 3))) for one in _list(key, value))
+        return tuple(Window(*(_number(key, number) for number in _list(key, one, 2, 3))) for one in _list(key, value))
     if key == "path_options.ends":
         return tuple(None if one is None or one == {} else _made(End, one, "path_options.ends.") for one in _list(key, value, 2))
     if key in _WORDS or (key == "path_options.knots" and isinstance(value, str)):
@@ -196,13 +229,13 @@ def _value(key: str, value: Any) -> Any:
     return _number(key, value)
 
 
-def _list(key: str, value: Any, count: int | None = None) -> Any:
-    if not isinstance(value, list | tuple) or (count is not None and len(value) != count):
-        raise PlanningError(f"{key} has {value!r}, expected a list" + ("" if count is None else f" of {count}"))
+def _list(key: str, value: Any, *counts: int) -> Any:
+    if not isinstance(value, list | tuple) or (counts and len(value) not in counts):
+        raise PlanningError(f"{key} has {value!r}, expected a list" + (" of " + " or ".join(map(str, counts)) if counts else ""))
     return value
 
 
 def _number(key: str, value: Any) -> float:
-    if not isinstance(value, int | float) or isinstance(value, bool) or math.isnan(value):
+    if not isinstance(value, Real) or isinstance(value, bool) or math.isnan(value):
         raise PlanningError(f"{key} is {value!r}, expected a number")
     return float(value)

@@ -59,8 +59,10 @@ def plan_command(road: str, out: Path, path_method: Any, knots: str, qp: str, **
         from ..path import PathOptions
         from ..planning.one_call import plan
         from ..report import comparison_table, save_plan
+        from ..report.plan.files import check_place
 
         try:
+            check_place(out)
             vehicle = options.pop("vehicle")
             request = taken_request(options, path_options=PathOptions(knots=_knots(knots), method=path_method, qp=qp))
             made = plan(open_road(road, **chosen(options, vehicle)), vehicle, request, report=progress)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from powertrain import Vehicle
 
-    from ..planning.one_call import Plan
+    from ..planning import Plan
     from ..simulation import Drive
     from ..trajectory.trajectory import Trajectory
 

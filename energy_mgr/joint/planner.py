@@ -114,6 +114,7 @@ def joint_plan(
     asked = requested(request, wishes)
     ends = {name: speed for name, speed in (("start_speed", start_speed), ("end_speed", end_speed)) if speed is not None}
     asked = replace(asked, rules=replace(asked.rules, **ends))
+    asked.refuse_beside("a joint plan", "corridor", "method", "journey_time", "rules", "margin", "path_options")
     if not 0.5 <= step <= 50.0:
         raise PlanningError(f"step of the joint plan {step} m, expected 0.5 to 50 m")
     if start not in _STARTS:

@@ -47,6 +47,8 @@ class Run:
 class Comparison:
     """Four ways to drive the road at one arrival time; None where that way cannot arrive so early. Each is driven when it is first asked for.
 
+    A way that no solver finds raises SolverError when it is asked for.
+
     Attributes:
         journey_time: the common arrival time, s.
         drive: drives a path (`lane`, `optimal`) by a method (`fast`, `eco`) at that time.

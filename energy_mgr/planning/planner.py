@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from powertrain import Vehicle, load_vehicle
@@ -50,6 +51,7 @@ class Planner:
     ) -> tuple[Path, SpeedLimits, Front]:
         """Time against energy; see `energy_mgr.plan_front`."""
         asked = request or PlanRequest()
+        asked.refuse_beside("a front", "corridor", "path", "rules", "margin", "path_options")
         path, limits = _Drives(self, _loaded(vehicle), asked).route(asked.path)
         if self.report:
             self.report(f"speed: {count} drives over {len(limits.s)} stations")
@@ -66,6 +68,39 @@ class Planner:
 
 def _loaded(vehicle: Vehicle | str | PathLike[str]) -> Vehicle:
     return vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
+
+
+def driven(path: Path, limits: SpeedLimits, speed: SpeedKind, journey_time: float | None) -> Run:
+    """Drive a path by a method; without a time at its fastest."""
+    if speed == "fast":  # the baseline, which knows neither jerk nor windows
+        profile = fastest_profile(limits) if journey_time is None else scaled_profile(limits, journey_time)
+    else:
+        profile = plan_speed(limits, speed, journey_time=None if speed == "toppra" else journey_time)
+    return Run(path, limits, profile, energy_of(limits, profile))
+
+
+@dataclass(frozen=True, eq=False)
+class AtOneTime:
+    """Drives the paths of a plan at its arrival time, by any method; it holds these paths and no more, so that a plan can be kept and sent about.
+
+    Attributes:
+        journey_time: s.
+        earliest: least time on each path, s.
+        routes: the paths and the limits along them.
+    """
+
+    journey_time: float
+    earliest: dict[PathKind, float]
+    routes: dict[PathKind, tuple[Path, SpeedLimits]]
+
+    def __call__(self, kind: PathKind, speed: SpeedKind) -> Run | None:
+        """The run; None where it cannot arrive so early, or a slope that is only passed with momentum cannot be driven at scaled speeds."""
+        if self.journey_time < self.earliest[kind] * (1.0 - 1e-6):
+            return None
+        try:
+            return driven(*self.routes[kind], speed, self.journey_time)
+        except InfeasibleError:
+            return None
 
 
 class _Drives:
@@ -98,13 +133,7 @@ class _Drives:
     def run(self, kind: PathKind, speed: SpeedKind, journey_time: float | None) -> Run:
         """Drive a path by a method; without a time at its fastest."""
         path, limits = self.route(kind)
-        if self.report and speed != "fast":
-            self.report(f"speed: {speed} over {len(limits.s)} stations")
-        if speed == "fast":  # the baseline, which knows neither jerk nor windows
-            profile = fastest_profile(limits) if journey_time is None else scaled_profile(limits, journey_time)
-        else:
-            profile = plan_speed(limits, speed, journey_time=None if speed == "toppra" else journey_time)
-        return Run(path, limits, profile, energy_of(limits, profile))
+        return driven(path, limits, speed, journey_time)
 
     def priced(self, price: float) -> Run:
         """Drive with least energy plus `price` (W) times time."""
@@ -116,7 +145,8 @@ class _Drives:
         """Path and speed at once."""
         from ..joint import joint_plan
 
-        found = joint_plan(self.road, self.vehicle, self.request, journey_time=journey_time, report=self.report)
+        asked = replace(self.request, journey_time=journey_time, soc=None)  # the charge is looked at afterwards
+        found = joint_plan(self.road, self.vehicle, asked, report=self.report)
         return Run(found.path, found.limits, found.profile, energy_of(found.limits, found.profile))
 
     def charged(self, run: Run, soc: float) -> tuple[Run, BatteryDrive]:
@@ -134,15 +164,7 @@ class _Drives:
         earliest: dict[PathKind, float] = {kind: _earliest(self.route(kind)[1]) for kind in ("lane", "optimal")}
         common = max(earliest.values()) if journey_time is None else journey_time
 
-        def at_common(kind: PathKind, speed: SpeedKind) -> Run | None:
-            if common < earliest[kind] * (1.0 - 1e-6):
-                return None
-            try:
-                return self.run(kind, speed, common)
-            except InfeasibleError:
-                return None  # a slope that is only passed with momentum cannot be driven at scaled speeds
-
-        return Comparison(common, at_common, self.joint(common) if self.request.method == "joint" else None)
+        return Comparison(common, AtOneTime(common, earliest, dict(self._routes)), self.joint(common) if self.request.method == "joint" else None)
 
     def choose(self, comparison: Comparison) -> Run:
         """The run asked for, taken from the comparison where it is there."""
@@ -151,6 +173,8 @@ class _Drives:
             return self.run(path, speed, None)
         if speed == "toppra":
             raise PlanningError(f"{self.road.name}: speed toppra with an arrival time, expected none: it finds the least; speed eco keeps one")
+        if self.report and speed != "fast":
+            self.report(f"speed: {speed} over {len(self.route(path)[1].s)} stations")
         made = comparison.of(path, speed)
         if made is None:
             refuse_too_early(self.road.name, comparison.journey_time, _earliest(self.route(path)[1]))

@@ -9,7 +9,7 @@ from functools import cache
 import pytest
 
 import energy_mgr
-from energy_mgr.planning.one_call import Plan, saving_percent
+from energy_mgr.planning import Plan, saving_percent
 
 from .documents import README, RESULTS, differences, figures, numbers, printed_comparison, read, sentence, table, units
 

@@ -5,7 +5,7 @@ from functools import cache
 import pytest
 
 import energy_mgr
-from energy_mgr.planning.one_call import Plan, Run
+from energy_mgr.planning import Plan, Run
 
 from ..conftest import DATA
 from .documents import RESULTS, differences, figures

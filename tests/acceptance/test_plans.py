@@ -5,7 +5,7 @@ import pytest
 
 import energy_mgr
 import roads
-from energy_mgr.planning.one_call import Plan
+from energy_mgr.planning import Plan
 
 from ..conftest import DATA
 

@@ -13,7 +13,7 @@ import energy_mgr
 import roads
 from benchmarks import tum_front
 from energy_mgr import SpeedLimits, plan_path
-from energy_mgr.planning.one_call import Plan
+from energy_mgr.planning import Plan
 from energy_mgr.speed import SpeedProfile, fastest_profile, plan_speed
 from energy_mgr.speed.result import energy_of
 from powertrain import load_vehicle

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from roads import Road
 
-    from ...planning.one_call import Plan
+    from ...planning import Plan
     from ...simulation import Drive
 
     Floats = NDArray[np.float64]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import shutil
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,7 @@ import numpy as np
 from powertrain import KWH
 
 from ...errors import PlanningError
+from .. import folder as folder_of
 from .table import account, planned_energy, planned_time
 
 if TYPE_CHECKING:
@@ -22,9 +22,11 @@ if TYPE_CHECKING:
 
     from roads import Road
 
-    from ...planning.one_call import Plan
+    from ...planning import Plan
     from ...simulation import Drive
 
+#: Of folders that files are made in before they are moved.
+PREFIX = ".drive-"
 #: The files of a drive; an animation comes as a fourth.
 FILES = ("log.parquet", "drive.json", "drive.png")
 
@@ -45,12 +47,7 @@ def check_place(folder: str | PathLike[str], animation: str = "none") -> list[st
         from .animation import check_kind
 
         check_kind(folder / names[-1])
-    if taken := [name for name in names if (folder / name).is_dir()]:
-        raise PlanningError(f"{folder / taken[0]}: is a folder, expected a file to replace or nothing")
-    try:
-        _staging(folder).rmdir()
-    except OSError as error:
-        raise PlanningError(f"{folder}: cannot be written: {error.strerror or error}") from None
+    folder_of.check_place(folder, names, PREFIX)
     return names
 
 
@@ -90,7 +87,7 @@ def save_drive(
     folder, names = Path(folder), check_place(folder, animation)
     road = plan.road if road is None and plan is not None else road
     try:
-        staging = _staging(folder)
+        staging = folder_of.staging_beside(folder, PREFIX)
         try:
             drive.save(staging / names[0])
             text = json.dumps(summary(drive, plan) | {"files": names}, indent=2)
@@ -100,28 +97,12 @@ def save_drive(
             draw_drive(drive, staging / names[2], plan=plan, road=road)
             if animation != "none":
                 animate_drive(drive, staging / names[3], road=road, seconds=seconds, fps=fps, report=report)
-            _move(staging, folder, names)
+            folder_of.move_in(staging, folder, names)
         finally:
             shutil.rmtree(staging, ignore_errors=True)
     except OSError as error:
         raise PlanningError(f"{folder}: cannot be written: {error.strerror or error}") from None
     return [folder / name for name in names]
-
-
-def _staging(folder: Path) -> Path:
-    """A new folder beside the place, on the same file system."""
-    home = next(place for place in (folder, *folder.absolute().parents) if place.exists())
-    return Path(tempfile.mkdtemp(dir=home, prefix=".drive-"))
-
-
-def _move(staging: Path, folder: Path, names: list[str]) -> None:
-    staging.chmod(0o755)
-    if folder.exists():
-        for name in names:
-            (staging / name).replace(folder / name)
-    else:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        staging.rename(folder)
 
 
 def summary(drive: Drive, plan: Plan | None = None) -> dict[str, Any]:

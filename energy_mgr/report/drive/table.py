@@ -10,7 +10,7 @@ import numpy as np
 from powertrain import KWH, drive_energy
 
 if TYPE_CHECKING:
-    from ...planning.one_call import Plan
+    from ...planning import Plan
     from ...simulation import Drive, Event
 
 #: What the ends of a drive mean, for a person.

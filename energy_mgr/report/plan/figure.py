@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
-    from ...planning.one_call import Plan
+    from ...planning import Plan
     from .picture import Lines
 
 DASHED: Any = (0, (4, 2))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,17 +12,21 @@ import numpy as np
 from powertrain import KWH
 
 from ...errors import PlanningError
-from ...planning.one_call import saving_percent
+from ...planning import saving_percent
 from ...trajectory.files import write_csv
+from .. import folder as folder_of
+from ..folder import move_in, staging_beside
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from os import PathLike
 
-    from ...planning.one_call import Plan
+    from ...planning import Plan
 
     Draw = Callable[[Plan, Path], Callable[[], None] | None]
 
+#: Of folders that files are made in before they are moved.
+PREFIX = ".plan-"
 #: The files of a plan.
 FILES = ("trajectory.csv", "plan.json", "plan.png")
 
@@ -50,15 +53,21 @@ def save_plan(plan: Plan, folder: str | PathLike[str], *, draw: Draw | None = No
     try:
         return _write(plan, folder, draw)
     except OSError as error:
-        raise PlanningError(f"{folder}: cannot be written: {error.strerror}") from None
+        raise PlanningError(f"{folder}: cannot be written: {error.strerror or error}") from None
+
+
+def check_place(folder: Path) -> None:
+    """Whether `save_plan` can write into `folder`; asked before planning.
+
+    Raises:
+        PlanningError: the place is taken or cannot be written to.
+    """
+    folder_of.check_place(folder, FILES, PREFIX)
 
 
 def _write(plan: Plan, folder: Path, draw: Draw) -> list[Path]:
-    taken = [name for name in FILES if (folder / name).is_dir()]
-    if taken:
-        raise PlanningError(f"{folder / taken[0]}: is a folder, expected a file to replace or nothing")
-    home = next(place for place in (folder, *folder.absolute().parents) if place.exists())
-    staging = Path(tempfile.mkdtemp(dir=home, prefix=".plan-"))
+    check_place(folder)
+    staging = staging_beside(folder, PREFIX)
     try:
         wait = draw(plan, staging / FILES[2])
         # the header comes first, as programs that know no remarks expect it; name and closed flag are in plan.json
@@ -66,13 +75,7 @@ def _write(plan: Plan, folder: Path, draw: Draw) -> list[Path]:
         (staging / FILES[1]).write_text(json.dumps(summary(plan), indent=2) + "\n", encoding="utf-8")
         if wait is not None:
             wait()
-        staging.chmod(0o755)
-        if folder.exists():
-            for name in FILES:
-                (staging / name).replace(folder / name)
-        else:
-            folder.parent.mkdir(parents=True, exist_ok=True)
-            staging.rename(folder)
+        move_in(staging, folder, FILES)
     finally:
         shutil.rmtree(staging, ignore_errors=True)
     return [folder / name for name in FILES]

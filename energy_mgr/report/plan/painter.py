@@ -12,6 +12,7 @@ import os
 import pickle
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -21,23 +22,26 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from os import PathLike
 
-    from ...planning.one_call import Plan
+    from ...planning import Plan
 
 
 class Painter:
     """A process that waits for one plan to draw; it ends with the `with` block, or when this process dies."""
 
     def __enter__(self) -> Self:
-        command = [sys.executable, "-m", "energy_mgr.report.plan.painter"]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        # modules are looked for where this process does, not in the folder that a user stands in, whose random.py is not Python's
+        code = f"import sys; sys.path[:] = {sys.path!r}; from energy_mgr.report.plan.painter import main; main()"
+        self._words = tempfile.TemporaryFile()  # a pipe that nobody reads would stop a process with much to say
+        command = [sys.executable, "-P", "-c", code]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self._words)
         return self
 
     def __exit__(self, *_: object) -> None:
         self._process.kill()
         self._process.wait()
-        for stream in (self._process.stdin, self._process.stderr):
-            if stream is not None:
-                stream.close()
+        if self._process.stdin is not None:
+            self._process.stdin.close()
+        self._words.close()
 
     def draw(self, plan: Plan, path: str | PathLike[str]) -> Callable[[], None]:
         """Begin to draw `plan` into the picture file `path`.
@@ -56,9 +60,9 @@ class Painter:
         return lambda: self._wait(path)
 
     def _wait(self, path: str | PathLike[str]) -> None:
-        assert self._process.stderr is not None
-        words = self._process.stderr.read()
         if self._process.wait() != 0:
+            self._words.seek(0)
+            words = self._words.read()
             last = (words.decode(errors="replace").strip().splitlines() or ["no message"])[-1]
             raise PlanningError(f"{path}: drawing failed: {last}")
 
@@ -77,7 +81,3 @@ def main() -> None:
         figure.save(path)
     sys.stderr.flush()
     os._exit(0)  # the file is written; taking down the interpreter takes longer than drawing a panel
-
-
-if __name__ == "__main__":
-    main()

@@ -12,7 +12,7 @@ from ..style import KMH
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ...planning.one_call import Plan, Run
+    from ...planning import Plan, Run
 
     Floats = NDArray[np.float64]
 

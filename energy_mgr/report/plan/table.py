@@ -9,10 +9,10 @@ import numpy as np
 from powertrain import KWH
 from powertrain.energy.balance import spoken
 
-from ...planning.one_call import saving_percent
+from ...planning import saving_percent
 
 if TYPE_CHECKING:
-    from ...planning.one_call import Plan, Run
+    from ...planning import Plan, Run
 
 
 def comparison_table(plan: Plan) -> str:

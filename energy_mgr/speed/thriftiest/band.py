@@ -106,13 +106,14 @@ def _negative(band: Floats) -> int:
     # one entry after the other: plain floats are several times quicker than arrays of one
     diagonal, beside = band[-1].tolist(), band[-2].tolist()
     second = band[-3].tolist() if wide > 1 else [0.0] * len(diagonal)
+    least = 1e-12 * float(np.max(np.abs(band), initial=1e-300))
     before, at, factor = 1.0, 1.0, 0.0  # the two pivots before, and the entry of L beside the last one
     for k, value in enumerate(diagonal):
         far = second[k] / before if k > 1 else 0.0
         near = (beside[k] - far * before * factor) / at if k else 0.0
         pivot = value - near * near * at - far * far * before
-        if pivot == 0.0:
-            pivot = 1e-300
+        if abs(pivot) < least:  # an exact zero says nothing of the sign, and dividing by next to nothing would overflow
+            pivot = least
         count += pivot < 0.0
         before, at, factor = at, pivot, near
     return count

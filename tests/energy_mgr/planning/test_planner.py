@@ -1,11 +1,12 @@
 """Many cars on one road: what depends on the road alone is made once, and nothing is driven that nobody asks for."""
 
 import gc
+import pickle
 
 import msgspec
 import pytest
 
-from energy_mgr import DriveRules, Planner, PlanRequest, plan
+from energy_mgr import DriveRules, PathOptions, Planner, PlanRequest, plan
 from energy_mgr.planning import planner as module
 from energy_mgr.speed.bounds import stations
 from powertrain import Vehicle
@@ -82,3 +83,19 @@ def test_a_path_is_looked_at_once_and_forgotten_with_it(road: Road, romo: Vehicl
     del planner, first, second
     gc.collect()
     assert len(stations._SAMPLED) < held
+
+
+def test_a_plan_can_be_sent_to_another_process_and_still_be_compared(road: Road, romo: Vehicle):
+    told: list[str] = []
+    made = Planner(road, report=told.append).plan(romo)
+    again = pickle.loads(pickle.dumps(made))
+    count = len(told)
+    assert again.energy_kwh == made.energy_kwh
+    assert again.comparison.path_only.energy_kwh == made.comparison.path_only.energy_kwh
+    # what is driven later is nobody's progress any more
+    assert len(told) == count
+
+
+def test_ends_may_come_as_a_list(road: Road, romo: Vehicle):
+    asked = PlanRequest(path_options=PathOptions(ends=[None, None]))  # pyright: ignore[reportArgumentType]
+    assert Planner(road).plan(romo, asked).chosen.path.report.certified

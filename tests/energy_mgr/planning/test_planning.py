@@ -12,7 +12,7 @@ import pytest
 import energy_mgr
 from energy_mgr import PlanningError, Trajectory
 from energy_mgr.cli.main import main
-from energy_mgr.planning.one_call import Plan
+from energy_mgr.planning import Plan
 from energy_mgr.report import comparison_table, draw_plan, save_plan
 from roads import RoadBuilder
 
@@ -201,6 +201,21 @@ def test_bad_requests_end_in_one_line_and_code_two(arguments: list[str], words: 
     assert len(done.stderr.splitlines()) == 1
     assert words in done.stderr
     assert not any(tmp_path.iterdir())
+
+
+def test_a_place_that_cannot_be_written_to_is_told_before_planning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    def planned(*_: object, **__: object) -> None:
+        raise AssertionError("planned in vain")
+
+    monkeypatch.setattr("energy_mgr.planning.plan", planned)
+    (tmp_path / "file").write_text("")
+    assert main(["plan", "commute", "--out", str(tmp_path / "file" / "out")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+    (tmp_path / "out" / "plan.png").mkdir(parents=True)
+    assert main(["plan", "commute", "--out", str(tmp_path / "out")]) == 2
+    assert "plan.png: is a folder" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.97])

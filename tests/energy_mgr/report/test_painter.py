@@ -72,3 +72,19 @@ def test_without_a_plan_it_ends_with_the_block():
     with Painter() as painter:
         process = painter._process
     assert process.poll() is not None
+
+
+def test_files_of_the_folder_that_a_user_stands_in_are_not_run(made: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    for name in ("random", "signal", "copy", "logging"):
+        (tmp_path / f"{name}.py").write_text("raise RuntimeError('mine')")
+    monkeypatch.chdir(tmp_path)
+    with Painter() as painter:
+        painter.draw(made, tmp_path / "picture.png")()
+    assert (tmp_path / "picture.png").stat().st_size > 10_000
+
+
+def test_a_process_with_much_to_say_does_not_stop(made: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("PYTHONVERBOSE", "1")  # more than a pipe holds
+    with Painter() as painter:
+        painter.draw(made, tmp_path / "picture.png")()
+    assert (tmp_path / "picture.png").exists()
