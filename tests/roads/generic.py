@@ -13,10 +13,11 @@ _BORDERS = (-5.3, -1.9, 1.2, 4.4)
 _DIRECTIONS = (1, 1, -1)
 
 
-def generic(seed: int = 1, *, closed: bool = False, pieces: bool = False) -> Road:
+def generic(seed: int = 1, *, closed: bool = False, pieces: bool = False, snug: bool = False, even: bool = False) -> Road:
     """A road of some 350 m with 8 m to 15 m between its uneven stations, three lanes of changing widths, and everything else changing too.
 
-    With `pieces` its lanes have sections: the rightmost one ends on the way, and the one beside it begins later.
+    With `pieces` its lanes have sections: the rightmost one ends on the way, the leftmost one begins later. With `snug` its edges are those of its
+    lanes, with `even` lanes have constant widths: some formats hold no others.
     """
     rng = np.random.default_rng(seed)
     count = 31
@@ -24,14 +25,15 @@ def generic(seed: int = 1, *, closed: bool = False, pieces: bool = False) -> Roa
     angle = 2.0 * np.pi * (angle - angle[0]) / (angle[-1] - angle[0] + 1.1) + 0.4
     radius = 55.0 + 7.0 * np.sin(2.0 * angle + 0.3) + 4.0 * np.cos(3.0 * angle - 1.0)
     points = radius[:, None] * np.column_stack([1.2 * np.cos(angle), np.sin(angle)]) + [37.0, -21.0]
-    borders = [base + rng.uniform(-0.5, 0.5, count) for base in _BORDERS]
+    borders = [base + (0.0 if even else 1.0) * rng.uniform(-0.5, 0.5, count) for base in _BORDERS]
+    beside = rng.uniform(0.0 if snug else 0.1, 0.0 if snug else 0.9, (2, count))
     lanes = [(direction, low, high) for direction, low, high in zip(_DIRECTIONS, borders[:-1], borders[1:], strict=True)]
     if pieces:
         beyond, before = np.arange(count) > 19, np.arange(count) < 8
         lanes[0] = (1, np.where(beyond, np.nan, borders[0]), np.where(beyond, np.nan, borders[1]))
         lanes[2] = (-1, np.where(before, np.nan, borders[2]), np.where(before, np.nan, borders[3]))
     return Road.from_points(
-        "generic", points, borders[0] - rng.uniform(0.1, 0.9, count), borders[-1] + rng.uniform(0.1, 0.9, count), closed=closed,
+        "generic", points, borders[0] - beside[0], borders[-1] + beside[1], closed=closed,
         height=100.0 + 4.0 * np.sin(angle) + rng.uniform(-0.2, 0.2, count), speed_limit=rng.choice([8.0, 11.0, 14.0, 17.0, 22.0, 30.0], count),
         lane_edges=lanes, bank=rng.uniform(-0.06, 0.09, count), friction=rng.uniform(0.4, 1.1, count), columns={"wear": rng.uniform(0.0, 1.0, count)},
     )  # fmt: skip
