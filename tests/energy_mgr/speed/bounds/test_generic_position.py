@@ -129,7 +129,8 @@ def test_accelerations_are_what_each_force_leaves_on_the_slope_that_asks_most(cl
     tyres = weight * np.sqrt(np.maximum(load**2 - across**2, 0.0))
     expected = (np.minimum(motors, tyres) - sign * driving_resistance(CAR, v, slope)) / CAR.effective_mass
     found = limits.ceiling(v, sign)
-    # friction may change by 0.005 over the 10 cm from sample to sample there, 7 cm here; the root of the ellipse is steep near its end, and its corner rounded by 1 % of the weight
+    # friction may change by 0.005 over the 10 cm from sample to sample there, 7 cm here
+    # the root of the ellipse is steep near its end, and its corner rounded by 1 % of the weight
     clear = tyres > 0.15 * weight
     assert found[clear] == pytest.approx(expected[clear], abs=6e-2)
     assert np.count_nonzero(clear) > 0.6 * len(v)
