@@ -28,7 +28,9 @@ def test_places_at_the_ends_of_the_usable_width_are_the_margin_away_from_their_b
     for offset, border in zip(corridor.offsets(s), (corridor.right, corridor.left), strict=True):
         points = road.reference.position(s) + offset[:, None] * road.reference.normal(s)
         # the border is taken as straight between thirteen looks under the disc: up to 4 mm are missing where it has a corner
-        assert distance(road, border, points) == pytest.approx(margin, abs=5e-3)
+        found = distance(road, border, points)
+        assert found == pytest.approx(margin, abs=5e-3)
+        assert np.quantile(np.abs(found - margin), 0.8) < 3e-4
 
 
 @pytest.mark.parametrize("closed", [False, True])

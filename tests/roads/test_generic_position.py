@@ -37,6 +37,8 @@ def test_who_comes_the_other_way_meets_the_same_things_on_the_other_side(kind: s
     s = places(road)
     # backwards the parameter of the spline counts anew: Newton's method finds stations to 1e-8 m
     assert_same(from_the_other_side(scene(road.reversed(), road.length - s)), scene(road, s), 1e-6)
+    # where the road ends there is the limit of what was driven last
+    assert road.closed or limits(road.reversed(), np.array([road.length]))[0] == road.speed_limit[0]
     again = road.reversed().reversed()
     assert_same(scene(again, s), scene(road, s), 1e-6)
     assert again.s == pytest.approx(road.s, abs=1e-9)
