@@ -210,7 +210,8 @@ class Road:
 
     def speed_limit_at(self, s: ArrayLike) -> Floats:
         """Posted limit in m/s at stations `s`: the value of the last data station passed."""
-        passed = np.searchsorted(self.s, self._wrap(s), side="right") - 1
+        # wrapped by rounding to just before a station is still at it
+        passed = np.searchsorted(self.s, self._wrap(s) + 1e-9, side="right") - 1
         return self.speed_limit[np.clip(passed, 0, len(self.s) - 1)]
 
     def bank_at(self, s: ArrayLike) -> Floats:

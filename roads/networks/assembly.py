@@ -95,7 +95,8 @@ def _part(network: LinkMap, steps: list[Step]) -> _Part | None:
     if length < NEAREST:
         return None
     at = way_along(middle)
-    limit = last.link.limit_at(share[0] * last.link.length + at * ((share[1] - share[0]) * last.link.length / length))
+    # a point where a limit begins is past it, though the way to it is that of a line whose ends were moved onto the curve
+    limit = last.link.limit_at(share[0] * last.link.length + at * ((share[1] - share[0]) * last.link.length / length) + SAME)
     return _Part(middle, lanes, followed, limit, first.link.exact)
 
 

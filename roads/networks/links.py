@@ -37,7 +37,8 @@ class Link:
         right: as `left`.
         beside: ids of all drivable lanes of the same cross-section that lie side by side with this one, from right to left, itself included.
         against: whether each of `beside` leads the other way.
-        limits: (from, speed): limit in m/s from that distance (m) along the link on; inf where none is posted.
+        limits: (from, speed): limit in m/s from that distance (m) along the link on, or along its reference; inf where none is posted.
+        reference: where limits count along a line beside the link, makes the distance along that of the borders' points, (n,), m.
         left_hand: traffic keeps left.
         at_ends: whether it begins where its road begins, and ends where it ends, both as it is driven.
         exact: the borders' points lie on a curve, close enough together; else they are corners of a polyline.
@@ -53,6 +54,7 @@ class Link:
     beside: tuple[str, ...] = ()
     against: tuple[bool, ...] = ()
     limits: tuple[tuple[float, float], ...] = ((0.0, np.inf),)
+    reference: Callable[[], Floats] | None = None
     left_hand: bool = False
     at_ends: tuple[bool, bool] = (True, True)
     exact: bool = False
@@ -87,6 +89,8 @@ class Link:
     def limit_at(self, s: Floats) -> Floats:
         """Posted limit in m/s at distances `s` along the link."""
         starts, speeds = np.array(self.limits).T
+        if self.reference is not None and len(starts) > 1:
+            s = np.interp(s, self.stations, self.reference())
         return speeds[np.clip(np.searchsorted(starts, s + 1e-9, side="right") - 1, 0, len(starts) - 1)]
 
 

@@ -66,6 +66,7 @@ def _link(road: RoadRecord, shapes: Shapes, index: int, lane: LaneRecord, along:
     limits = _limits(road, index, lane, along)
     name = _id(road.id, index, lane, along)
     made = Link(name, road.id, lane.kind, partial(_borders, shapes, road.id, index, lane, along), limits=limits, left_hand=road.left_hand, exact=True)
+    made.reference = partial(_way, shapes, road.id, index, along)
     ends = index == 0, index == len(road.sections) - 1
     made.at_ends = (ends[0], ends[1]) if along > 0 else (ends[1], ends[0])
     return along, lane.direction == 0, made
@@ -92,6 +93,14 @@ def _borders(shapes: Shapes, identity: str, index: int, lane: LaneRecord, along:
     if not np.isfinite(section.places[at : at + 2]).all():
         raise RoadError(f"{lane.place}: <lane> {lane.id} of road {identity} has borders that are not finite, expected a road")
     return (left, right) if along > 0 else (right[::-1], left[::-1])
+
+
+def _way(shapes: Shapes, identity: str, index: int, along: int) -> Floats:
+    """Distance (n,) along the road's reference of the points of `_borders`, m."""
+    shape = shapes[identity]
+    section = shape.sections[index]
+    s = shape.s[section.first : section.last + 1]
+    return s - s[0] if along > 0 else s[-1] - s[::-1]
 
 
 def _limits(road: RoadRecord, index: int, lane: LaneRecord, along: int) -> tuple[tuple[float, float], ...]:
