@@ -88,3 +88,16 @@ def test_charge_of_a_cycle_is_that_of_an_ode_of_a_single_cell(name: str, soc: fl
     for part, value in demand.components.items():
         assert found.components[part] == pytest.approx(value + (found.refused if part == "brake" else 0.0), rel=1e-9)
     assert (found.refused > 0.0) == (soc > 0.9)
+
+
+def test_cells_side_by_side_spend_their_time_at_peak_current_each_for_itself():
+    """A climb that asks more than one cell's steady current of a row of two, for long, leaves them all of their peak time afterwards."""
+    car = ODD["two"]
+    t = np.arange(61.0)
+    slope = np.where(t[1:] <= 25.0, 0.2, 0.44)
+    found = charge_over_cycle(car, t, np.full(61, 15.0), slope, soc=0.8)
+    limits = load_cell(car.battery.cell).limits
+    assert limits.discharge_max_a < found.current[20] < 2.0 * limits.discharge_max_a < found.current[30] < 2.0 * limits.discharge_peak_a
+    assert found.shortage is not None
+    assert (found.shortage.time, found.shortage.reason) == (25.0 + limits.peak_duration_s, "current")
+    assert found.current[40] == pytest.approx(2.0 * limits.discharge_max_a, rel=1e-6)
