@@ -100,4 +100,4 @@ def test_cells_side_by_side_spend_their_time_at_peak_current_each_for_itself():
     assert limits.discharge_max_a < found.current[20] < 2.0 * limits.discharge_max_a < found.current[30] < 2.0 * limits.discharge_peak_a
     assert found.shortage is not None
     assert (found.shortage.time, found.shortage.reason) == (25.0 + limits.peak_duration_s, "current")
-    assert found.current[40] == pytest.approx(2.0 * limits.discharge_max_a, rel=1e-6)
+    assert found.current[35] == pytest.approx(2.0 * limits.discharge_max_a, rel=1e-6)
