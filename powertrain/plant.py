@@ -179,6 +179,16 @@ class Plant:
         """
         self._machine.compile_scalar()
 
+    def begin(self, **values: float) -> None:
+        """Put states of the body in place, by name, before the first step: the account counts from there.
+
+        Raises:
+            ValueError: a name that is no state.
+        """
+        for name, value in values.items():
+            self.state[self.body.states.index(name)] = value
+        self._before = kept(self.body, list(self.state))
+
     def named(self) -> dict[str, float]:
         """The states of the body by name."""
         return {name: float(value) for name, value in zip(self.body.states, self.state, strict=True)}

@@ -155,9 +155,8 @@ class _Loop:
 
     def place(self, start: Any, offset: float) -> None:
         """Put the car beside the start."""
-        state, at = self.plant.state, self._at
-        state[at["x"]], state[at["y"]] = start.x - offset * math.sin(start.psi), start.y + offset * math.cos(start.psi)
-        state[at["psi"]], state[at["yaw_rate"]] = start.psi, start.kappa * start.v
+        x, y = start.x - offset * math.sin(start.psi), start.y + offset * math.cos(start.psi)
+        self.plant.begin(x=x, y=y, psi=start.psi, yaw_rate=start.kappa * start.v)
 
     def run(self, sensing: Sensing, allowed: float, report: Callable[[str], None] | None) -> str:
         """Drive until something ends it."""
