@@ -11,6 +11,7 @@ import numpy as np
 from roads.geometry.cubic import PiecewiseCubic
 
 from ..errors import InfeasibleError, PlanningError, SolverError
+from .problem.ends import both_ends
 from .problem.knots import knots_by_need
 from .problem.problem import CurvatureProblem
 from .proof.certificate import Certificate, Prover
@@ -74,9 +75,7 @@ class PathOptions:
     density: float = field(default=1.0, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "ends", tuple(self.ends))
-        if len(self.ends) != 2:
-            raise PlanningError(f"ends {self.ends!r}, expected two: of the start and of the end, each an End or None")
+        object.__setattr__(self, "ends", both_ends(self.ends))
         number = isinstance(self.knots, int | float) and not isinstance(self.knots, bool)
         if self.knots != "need" and not (number and 0.05 <= self.knots <= 1000.0):
             raise PlanningError(f"knots {self.knots!r}, expected 'need' or a distance of 0.05 to 1000 m")

@@ -9,6 +9,8 @@ FIRST = "make plan"
 
 LEFT_OUT = {
     "make test": "CI runs it itself, in a clean clone",
+    "make experiments": "CI runs it itself, in a clean clone",
+    "make first-hour": "this is it",
     "make docs": "serves until it is stopped; `make test` builds the pages",
     "make bench": "minutes of measuring, which need a quiet machine",
     "energy-mgr plan": "the name of the command, not a call",

@@ -11,6 +11,8 @@ from ...errors import PlanningError
 from .spline import PER_KNOT, ReducedSpline
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
     from roads import PlanarCurve
@@ -48,6 +50,18 @@ class End:
             raise PlanningError(f"end of a path: heading {self.heading:.2f} rad against the road, expected less than 1.2 rad")
         if (self.curvature is not None or self.speed is not None) and (self.offset is None or self.heading is None):
             raise PlanningError("end of a path: a prescribed curvature or speed needs a prescribed offset and heading")
+
+
+def both_ends(found: Iterable[End | None]) -> tuple[End | None, End | None]:
+    """What is prescribed at the start and at the end, as a tuple.
+
+    Raises:
+        PlanningError: not two of them.
+    """
+    ends = tuple(found)
+    if len(ends) != 2:
+        raise PlanningError(f"ends {ends!r}, expected two, of the start and of the end, each an End or None")
+    return ends
 
 
 def along(curve: PlanarCurve, reference: PlanarCurve, q: float, offset: float) -> End:
