@@ -76,8 +76,7 @@ class PathOptions:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ends", both_ends(self.ends))
-        number = isinstance(self.knots, int | float) and not isinstance(self.knots, bool)
-        if self.knots != "need" and not (number and 0.05 <= self.knots <= 1000.0):
+        if self.knots != "need" and not (isinstance(self.knots, int | float) and not isinstance(self.knots, bool) and 0.05 <= self.knots <= 1000.0):
             raise PlanningError(f"knots {self.knots!r}, expected 'need' or a distance of 0.05 to 1000 m")
         if not isinstance(self.control_points, int) or not 0 <= self.control_points <= 100:
             raise PlanningError(f"{self.control_points} control points between two knots, expected 0 to 100")
