@@ -11,6 +11,7 @@ LEFT_OUT = {
     "make test": "CI runs it itself, in a clean clone",
     "make experiments": "CI runs it itself, in a clean clone",
     "make first-hour": "this is it",
+    "python -m tests.acceptance.closed_loop": "minutes; `make experiments` makes the same drives and holds its tables to them",
     "make docs": "serves until it is stopped; `make test` builds the pages",
     "make bench": "minutes of measuring, which need a quiet machine",
     "energy-mgr plan": "the name of the command, not a call",
