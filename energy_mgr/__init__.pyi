@@ -12,7 +12,7 @@ from .path.planner import plan_path as plan_path
 from .path.result import Path as Path
 from .path.result import PathReport as PathReport
 from .planning.planner import Planner as Planner
-from .planning.one_call import Plan as Plan
+from .planning.comparison import Plan as Plan
 from .planning.one_call import plan as plan
 from .planning.one_call import plan_front as plan_front
 from .request import PlanRequest as PlanRequest

@@ -30,7 +30,7 @@ def front_command(road: str, out: Path | None, **options: Any) -> None:
     from roads import RoadError, open_road
 
     from ..errors import PlanningError
-    from ..planning.one_call import plan_front
+    from ..planning import plan_front
     from ..report.plan.front import front_table, refuse_suffix, save_front
 
     try:

@@ -57,7 +57,7 @@ def plan_command(road: str, out: Path, path_method: Any, knots: str, qp: str, **
 
         from ..errors import PlanningError
         from ..path import PathOptions
-        from ..planning.one_call import plan
+        from ..planning import plan
         from ..report import comparison_table, save_plan
         from ..report.plan.files import check_place
 

@@ -187,7 +187,7 @@ def _load(file: str) -> Trajectory:
 def _plan(road: str, car: Vehicle, name: str, options: dict[str, Any], report: Callable[[str], None]) -> Plan:
     from roads import open_road
 
-    from ..planning.one_call import plan
+    from ..planning import plan
 
     planning = {key: value for key, value in options.items() if key not in _DRIVE}
     request = taken_request({**planning, "soc": planning["soc"] if planning["speed"] == "eco" else None})

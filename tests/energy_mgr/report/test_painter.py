@@ -9,7 +9,7 @@ import pytest
 from matplotlib.image import imread
 
 from energy_mgr import Plan, PlanningError
-from energy_mgr.planning.one_call import plan
+from energy_mgr.planning import plan
 from energy_mgr.report import draw_plan
 from energy_mgr.report.plan.figure import PlanFigure
 from energy_mgr.report.plan.painter import Painter
