@@ -40,7 +40,9 @@ def check(path: str | PathLike[str], **options: Any) -> list[Finding]:
                 if identity in drivable or identity == wanted:
                     _look_at(network, identity, findings)
         else:
-            look(read(path, **options), str(path), findings)
+            made = read(path, **options)
+            findings.items += made.findings
+            look(made, str(path), findings)
     except RoadError as error:
         findings.error(error)
     return findings.all()

@@ -12,6 +12,7 @@ from . import columns
 from .borders import spaced
 from .corridor import Corridor
 from .errors import RoadError
+from .findings import Finding
 from .geometry.curve import PlanarCurve, read_only
 from .geometry.curve_parts import backwards, part_of
 from .lane import Lane, covered
@@ -54,6 +55,7 @@ class Road:
         plan_view: the elements that the reference was drawn with, where they are known; writers use them instead of the spline.
         columns: further columns of the road's file, (n,) each, kept for comparison.
         origin: latitude and longitude in degrees of (0, 0), where they are known (x east, y north, transverse Mercator).
+        findings: what its reader noticed or assumed and a user should know.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Road:
     plan_view: tuple[Element, ...] = ()
     columns: Mapping[str, Floats] = field(default_factory=dict)
     origin: tuple[float, float] | None = None
+    findings: tuple[Finding, ...] = ()
 
     @classmethod
     def from_points(
@@ -101,7 +104,7 @@ class Road:
             lane_edges: (direction, right offset, left offset) per lane from right to left; none means one lane over the whole width.
             bank: rad, scalar or (n,).
             friction: scalar or (n,).
-            **more: `left_hand`, `plan_view`, `columns`, `origin`, as in the class.
+            **more: `left_hand`, `plan_view`, `columns`, `origin`, `findings`, as in the class.
 
         Raises:
             RoadError: points or values that are not finite, repeated points, or a right edge left of the left one.
@@ -127,8 +130,8 @@ class Road:
             columns.must_be_numbers(getattr(self, label), self.s, f"{self.name}: {label}")
         if np.any(self.left < self.right - 1e-9):
             at = int(np.argmin(self.left - self.right))
-            beyond = self.right[at] - self.left[at]
-            raise RoadError(f"{self.name}: the borders cross at s = {self.s[at]:.1f} m: the right edge is {beyond:.3f} m left of the left edge")
+            over = f"the right edge is {self.right[at] - self.left[at]:.3f} m left of the left edge"
+            raise RoadError(f"{self.name}: the borders cross at s = {self.s[at]:.1f} m: {over}")
         for lane in (*self.lanes, *filter(None, [self.drive])):
             lane.must_lie_within(self.right, self.left, self.s, self.name)
         if not np.all(self.friction > 0.0):
@@ -167,7 +170,7 @@ class Road:
         Raises:
             RoadError: no lane leads in the direction of the stations.
         """
-        if not any(lane.direction >= 0 for lane in self.lanes):
+        if all(lane.direction < 0 for lane in self.lanes):
             raise RoadError(f"{path}: no lane of {self.name} leads in the direction of its stations, write it the other way round (`reversed()`)")
 
     def lane_centre(self, lane: Lane | None = None) -> PlanarCurve:
@@ -192,7 +195,7 @@ class Road:
         if extent == "road":
             right, left = self.right, self.left
         elif extent == "lane":
-            right, left = self.driving_lane().right, self.driving_lane().left
+            right, left = (lane := self.driving_lane()).right, lane.left
         elif extent == "own":
             own = [lane for lane in self.lanes if lane.direction >= 0] + ([] if self.drive is None else [self.drive])
             right, left = covered(own or [self.driving_lane()], self.s, closed=self.closed)
@@ -226,11 +229,7 @@ class Road:
         return np.interp(self._wrap(s), self.s, values, period=self.length if self.closed else None)
 
     def reversed(self) -> Road:
-        """The same road in the other direction; a closed road keeps its start.
-
-        Lanes swap sides and directions. A posted limit covers the same ground, since the road knows one limit for both directions. A road that
-        was drawn with elements loses them: its writers fall back on the spline.
-        """
+        """The same road in the other direction; a closed road keeps its start, elements are lost. A posted limit covers the same ground."""
         turn = partial(columns.turned, closed=self.closed)
         return replace(
             self,
@@ -264,7 +263,7 @@ class Road:
         Where limits change between two stations the lower one counts from the earlier station on.
 
         Raises:
-            RoadError: a spacing that is not positive, or one that makes more than five million points.
+            RoadError: a spacing not positive, or too small (five million points).
         """
         at = columns.even_stations(spacing, self.length, closed=self.closed, name=self.name)
         curve = PlanarCurve.through(self.reference.position(at), closed=self.closed)
