@@ -15,6 +15,8 @@ from .planning.planner import Planner as Planner
 from .planning.comparison import Plan as Plan
 from .planning.one_call import plan as plan
 from .planning.one_call import plan_front as plan_front
+from .planning.score import Score as Score
+from .planning.score import score as score
 from .request import PlanRequest as PlanRequest
 from .simulation.drive import simulate as simulate
 from .simulation.events import Event as Event
@@ -42,6 +44,7 @@ __all__ = [
     "PlanRequest",
     "Planner",
     "PlanningError",
+    "Score",
     "SolverError",
     "SpeedLimits",
     "SpeedPlanner",
@@ -55,5 +58,6 @@ __all__ = [
     "plan_path",
     "plan_speed",
     "report",
+    "score",
     "simulate",
 ]

@@ -15,6 +15,7 @@ from .lane import Lane as Lane
 from .networks.links import Link as Link
 from .networks.network import Network as Network
 from .editing.network_builder import NetworkBuilder as NetworkBuilder
+from .recorded import Recorded as Recorded
 from .road import Road as Road
 from .editing.smooth import smoothed as smoothed
 from .geometry.tracker import Tracker as Tracker
@@ -28,6 +29,7 @@ __all__ = [
     "Network",
     "NetworkBuilder",
     "PlanarCurve",
+    "Recorded",
     "Road",
     "RoadBuilder",
     "RoadError",

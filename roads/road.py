@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
 
     from .geometry.plan_view import Element
+    from .recorded import Recorded
 
     Floats = NDArray[np.float64]
 
@@ -56,6 +57,7 @@ class Road:
         columns: further columns of the road's file, (n,) each, kept for comparison.
         origin: latitude and longitude in degrees of (0, 0), where they are known (x east, y north, transverse Mercator).
         findings: what its reader noticed or assumed and a user should know.
+        recorded: the drive that was recorded along it.
     """
 
     name: str
@@ -74,6 +76,7 @@ class Road:
     columns: Mapping[str, Floats] = field(default_factory=dict)
     origin: tuple[float, float] | None = None
     findings: tuple[Finding, ...] = ()
+    recorded: Recorded | None = None
 
     @classmethod
     def from_points(
@@ -104,7 +107,7 @@ class Road:
             lane_edges: (direction, right offset, left offset) per lane from right to left; none means one lane over the whole width.
             bank: rad, scalar or (n,).
             friction: scalar or (n,).
-            **more: `left_hand`, `plan_view`, `columns`, `origin`, `findings`, as in the class.
+            **more: `left_hand`, `plan_view`, `columns`, `origin`, `findings`, `recorded`, as in the class.
 
         Raises:
             RoadError: points or values that are not finite, repeated points, or a right edge left of the left one.
@@ -134,12 +137,10 @@ class Road:
             raise RoadError(f"{self.name}: the borders cross at s = {self.s[at]:.1f} m: {over}")
         for lane in (*self.lanes, *filter(None, [self.drive])):
             lane.must_lie_within(self.right, self.left, self.s, self.name)
-        if not np.all(self.friction > 0.0):
-            at = int(np.argmin(self.friction > 0.0))
-            raise RoadError(f"{self.name}: friction at s = {self.s[at]:.1f} m is {self.friction[at]:g}, expected more than 0")
-        if not np.all(self.speed_limit > 0.0):
-            at = int(np.argmin(self.speed_limit > 0.0))
-            raise RoadError(f"{self.name}: speed limit at s = {self.s[at]:.1f} m is {self.speed_limit[at]} m/s, expected more than 0")
+        for values, label, unit in ((self.friction, "friction", ""), (self.speed_limit, "speed limit", " m/s")):
+            if not np.all(values > 0.0):
+                at = int(np.argmin(values > 0.0))
+                raise RoadError(f"{self.name}: {label} at s = {self.s[at]:.1f} m is {values[at]}{unit}, expected more than 0")
 
     @property
     def closed(self) -> bool:
@@ -165,11 +166,7 @@ class Road:
         raise RoadError(f"{self.name}: no lane leads in the direction of the stations from start to end")
 
     def must_lead_on(self, path: object) -> None:
-        """Refuse to write a road that nobody could drive along its stations: readers would turn it round.
-
-        Raises:
-            RoadError: no lane leads in the direction of the stations.
-        """
+        """Refuse, with a RoadError, to write a road that nobody could drive along its stations: readers would turn it round."""
         if all(lane.direction < 0 for lane in self.lanes):
             raise RoadError(f"{path}: no lane of {self.name} leads in the direction of its stations, write it the other way round (`reversed()`)")
 
@@ -245,6 +242,7 @@ class Road:
             drive=None if self.drive is None or self.drive.direction > 0 else self.drive.opposite(turn),
             plan_view=(),
             columns={name: turn(columns.from_the_other_end(name, values)) for name, values in self.columns.items()},
+            recorded=None,
         )
 
     def __getitem__(self, stretch: slice) -> Road:
@@ -255,7 +253,8 @@ class Road:
         """
         at = columns.stations_of(stretch, self.s, self.length, closed=self.closed, name=self.name)
         start, end = float(at[0]), float(at[-1])
-        return self.laid_along(part_of(self.reference, start, end), at - start, at)
+        made = self.laid_along(part_of(self.reference, start, end), at - start, at)
+        return replace(made, recorded=self.recorded and self.recorded.between(start, end))
 
     def resampled(self, spacing: float) -> Road:
         """The same road with data at most `spacing` (m) apart, evenly; the reference is drawn anew through the new points.
@@ -287,6 +286,7 @@ class Road:
             drive=None if self.drive is None else self.drive.read(read),
             plan_view=(),
             columns={name: read(values) for name, values in self.columns.items()},
+            recorded=self.recorded and self.recorded.laid(at, s),
         )
 
     @cached_property

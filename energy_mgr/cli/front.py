@@ -9,7 +9,7 @@ import click
 
 from .plan_options import plan_options, taken_request
 from .progress import ProgressLine
-from .road_options import chosen, road_options
+from .road_options import chosen, road_options, told
 
 
 @click.command("front")
@@ -37,7 +37,7 @@ def front_command(road: str, out: Path | None, **options: Any) -> None:
         vehicle, request = options.pop("vehicle"), taken_request(options)
         if out is not None:
             refuse_suffix(out)
-        path, limits, front = plan_front(open_road(road, **chosen(options, vehicle)), vehicle, request, report=progress, **options)
+        path, limits, front = plan_front(told(open_road(road, **chosen(options, vehicle))), vehicle, request, report=progress, **options)
         if out is not None:
             save_front(front, limits, out)
     except (RoadError, VehicleError, PlanningError) as error:

@@ -11,6 +11,7 @@ from .front import front_command
 from .plan import plan_command
 from .quick import end_quickly, start_quickly
 from .roads import roads_group
+from .score import score_command
 from .simulate import simulate_command
 from .vehicle import vehicle_group
 
@@ -23,6 +24,7 @@ def cli() -> None:
 
 cli.add_command(plan_command)
 cli.add_command(front_command)
+cli.add_command(score_command)
 cli.add_command(simulate_command)
 cli.add_command(roads_group)
 cli.add_command(vehicle_group)

@@ -10,7 +10,7 @@ import click
 from .plan_options import plan_options, taken_request
 from .progress import ProgressLine
 from .quick import lean_scipy
-from .road_options import chosen, road_options
+from .road_options import chosen, road_options, told
 
 
 @click.command("plan")
@@ -65,7 +65,7 @@ def plan_command(road: str, out: Path, path_method: Any, knots: str, qp: str, **
             check_place(out)
             vehicle = options.pop("vehicle")
             request = taken_request(options, path_options=PathOptions(knots=_knots(knots), method=path_method, qp=qp))
-            made = plan(open_road(road, **chosen(options, vehicle)), vehicle, request, report=progress)
+            made = plan(told(open_road(road, **chosen(options, vehicle))), vehicle, request, report=progress)
             progress("drawing")
             files = save_plan(made, out, draw=painter.draw)
         except (RoadError, VehicleError, PlanningError) as error:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from roads import Road
 
 Place = str | tuple[float, float]
 
@@ -25,6 +28,23 @@ class PlaceType(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]
         return x, y
 
 
+class AccuracyType(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]
+    """One accuracy in m, or two with a comma between them: in the plane and in height."""
+
+    name = "accuracy"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | tuple[float, float]:
+        """A number, or two."""
+        words = str(value).split(",")
+        try:
+            plane, *height = (float(word) for word in words)
+        except ValueError:
+            plane, height = 0.0, [0.0, 0.0]
+        if len(height) > 1:
+            self.fail(f"{value!r}, expected one distance in m, or two as in 3,0.5", param, ctx)
+        return (plane, height[0]) if height else plane
+
+
 _OPTIONS = (
     click.option("--closed/--open", "closed", default=None, help="Whether the road is a circuit. Default: as the file says, or as its ends suggest."),
     click.option("--road", "road_id", help="Network: the road of this id."),
@@ -33,6 +53,14 @@ _OPTIONS = (
     None,  # the cost of a route, whose name is not the same everywhere
     click.option("--width", type=float, help="Width of the road in m, for files that hold a line only (GPX, GeoJSON, path tables)."),
     click.option("--lane", type=float, help="Width of the lane in m about the line of a path table."),
+    click.option("--raw", is_flag=True, help="Recorded line (GPX, GeoJSON): take it as it is, unsmoothed."),
+    click.option(
+        "--accuracy",
+        type=AccuracyType(),
+        metavar="M[,M]",
+        help="Recorded line: how far its places lie from the true line in m (root mean square), and its heights. Default: found from the line.",
+    ),
+    click.option("--leg", type=int, help="Recorded line that turns back on itself or breaks off: which of its ways, from 1. Default: the longest."),
 )
 
 
@@ -47,7 +75,7 @@ def road_options(command: Callable[..., Any], *, cost: tuple[str, ...] = ("--cos
 
 def chosen(options: dict[str, Any], vehicle: str = "romo") -> dict[str, Any]:
     """Take the options above out of `options`, as arguments for `roads.read`."""
-    found = {key: options.pop(key) for key in ("closed", "start", "goal", "width", "lane", "cost")}
+    found = {key: options.pop(key) for key in ("closed", "start", "goal", "width", "lane", "cost", "raw", "accuracy", "leg")}
     found["road"] = options.pop("road_id")
     if found["cost"] == "energy":
         from powertrain import load_vehicle
@@ -56,3 +84,10 @@ def chosen(options: dict[str, Any], vehicle: str = "romo") -> dict[str, Any]:
 
         found["cost"] = route_energy(load_vehicle(vehicle))
     return found
+
+
+def told(road: Road) -> Road:
+    """`road`, after what its reader noticed or assumed was printed, a line each."""
+    for finding in road.findings:
+        click.echo(str(finding))
+    return road

@@ -12,7 +12,7 @@ from click.core import ParameterSource
 
 from .plan_options import plan_options, taken_request
 from .progress import ProgressLine
-from .road_options import chosen, road_options
+from .road_options import chosen, road_options, told
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -191,7 +191,7 @@ def _plan(road: str, car: Vehicle, name: str, options: dict[str, Any], report: C
 
     planning = {key: value for key, value in options.items() if key not in _DRIVE}
     request = taken_request({**planning, "soc": planning["soc"] if planning["speed"] == "eco" else None})
-    return plan(open_road(road, **chosen(planning, name)), car, request, report=report)
+    return plan(told(open_road(road, **chosen(planning, name))), car, request, report=report)
 
 
 def _drive(trajectory: Trajectory, car: Vehicle, events: Any, options: dict[str, Any], report: Callable[[str], None]) -> Drive:

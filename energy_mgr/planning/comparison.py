@@ -53,11 +53,13 @@ class Comparison:
         journey_time: the common arrival time, s.
         drive: drives a path (`lane`, `optimal`) by a method (`fast`, `eco`) at that time.
         joint: path and speed as one optimal control problem; None unless asked for.
+        recorded: the drive that was recorded along the road, on the lane's centre and in its own time; None where none was.
     """
 
     journey_time: float
     drive: Callable[[PathKind, SpeedKind], Run | None] = field(repr=False)
     joint: Run | None = None
+    recorded: Run | None = None
 
     @cached_property
     def reference(self) -> Run | None:

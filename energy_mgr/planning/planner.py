@@ -14,6 +14,7 @@ from ..speed import BatteryDrive, EcoSolver, Front, SpeedLimits, fastest_profile
 from ..speed.fastest.forward_backward import refuse_too_early
 from ..speed.result import energy_of
 from .comparison import Comparison, Plan, Run
+from .recorded import recorded_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
@@ -160,11 +161,12 @@ class _Drives:
         return Run(run.path, drive.limits, drive.profile, energy_of(drive.limits, drive.profile)), drive
 
     def compare(self, journey_time: float | None) -> Comparison:
-        """The ways to drive at `journey_time`, by default the earliest time that both paths can make."""
+        """The ways to drive at `journey_time`, by default the recorded time, or the earliest that both paths can make if that is later."""
         earliest: dict[PathKind, float] = {kind: _earliest(self.route(kind)[1]) for kind in ("lane", "optimal")}
-        common = max(earliest.values()) if journey_time is None else journey_time
-
-        return Comparison(common, AtOneTime(common, earliest, dict(self._routes)), self.joint(common) if self.request.method == "joint" else None)
+        recorded = recorded_run(self.road, *self.route("lane"))
+        common = max(*earliest.values(), 0.0 if recorded is None else recorded.journey_time) if journey_time is None else journey_time
+        joint = self.joint(common) if self.request.method == "joint" else None
+        return Comparison(common, AtOneTime(common, earliest, dict(self._routes)), joint, recorded)
 
     def choose(self, comparison: Comparison) -> Run:
         """The run asked for, taken from the comparison where it is there."""

@@ -1,4 +1,4 @@
-"""Centre lines in degrees: GPX tracks and routes, and GeoJSON. A centre line has no borders; `width` gives them."""
+"""GeoJSON: lines in degrees or metres, which are taken as recorded, and roads that `write_geojson` wrote."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..conditioning.conditioned import Wish
+from ..conditioning.recording import Recording
 from ..errors import RoadError
 from ..road import Road
 from .geodesy import to_degrees, to_plane
-from .tables.closing import looks_closed
+from .recorded_line import numbered, road_about, seconds_of
 from .text import read_text, write_whole
-from .xml import LARGEST, Place, parse
+from .xml import LARGEST
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -21,71 +23,16 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-#: Points of a track closer than this are one (a receiver that stands), m.
-STANDING = 0.05
 #: Name of the coordinate system of a GeoJSON file in metres; without it the standard says degrees.
 METRES = "urn:energy-mgr:plane-metres"
-#: Steps over which the height of a crossing of levels may differ.
 _ROLES = ("reference", "left_edge", "right_edge")
 
 
-def read_gpx(path: Path, *, closed: bool | None = None, width: float | None = None) -> Road:
-    """The first track (all its segments in order) or route of a GPX file.
+def read_geojson(path: Path, *, closed: bool | None = None, width: float | None = None, wish: Wish | None = None) -> Road:
+    """A GeoJSON line as it was recorded, or a road that `write_geojson` wrote.
 
     Raises:
-        RoadError: no GPX, fewer than two places, or no width.
-    """
-    root = parse(path, "gpx")
-    place = Place(path)
-    track = root.find("trk")
-    nodes = root.findall("rte/rtept") if track is None else track.findall("trkseg/trkpt")
-    if len(nodes) < 2:
-        raise place.error(root, f"holds {len(nodes)} points in its first track or route, expected at least 2")
-    degrees = np.array([[place.number(node, "lat"), place.number(node, "lon")] for node in nodes])
-    texts = [node.findtext("ele") for node in nodes]
-    if any(text is None for text in texts) and any(text is not None for text in texts):
-        raise place.error(nodes[[text is None for text in texts].index(True)], "has no ele, other points have; expected a height at all or none")
-    height = np.array([0.0 if text is None else place.float(node, "ele", text) for node, text in zip(nodes, texts, strict=True)])
-    parent = track if track is not None else root.find("rte")
-    return _about(path, (parent.findtext("name") or path.stem).strip(), degrees, height, closed, width)
-
-
-def _about(path: Path, name: str, degrees: Floats, height: Floats, closed: bool | None, width: float | None) -> Road:
-    try:
-        points, origin = to_plane(*degrees.T)
-        return about_line(path, name, points, height, closed, width, origin)
-    except RoadError as error:
-        if str(error).startswith(str(path)):
-            raise
-        raise RoadError(f"{path}: {error}") from None
-
-
-def about_line(
-    path: Path, name: str, points: Floats, height: Floats, closed: bool | None, width: float | None, origin: tuple[float, float] | None
-) -> Road:
-    """A road of `width` (m) about a centre line: two lanes from 5 m on, one below."""
-    if width is None:
-        raise RoadError(f"{path}: holds a centre line without borders, give the width of the road (width, m)")
-    if not 0.5 <= width <= 1e3:
-        raise RoadError(f"{path}: width {width} m, expected 0.5 to 1000")
-    keep = [0]
-    for k in range(1, len(points)):
-        if np.hypot(*(points[k] - points[keep[-1]])) >= STANDING:
-            keep.append(k)
-    points, height = points[keep], height[keep]
-    closed = looks_closed(points) if closed is None else closed
-    if closed and len(points) > 1 and np.hypot(*(points[0] - points[-1])) < STANDING:
-        points, height = points[:-1], height[:-1]
-    half = 0.5 * width
-    lanes = [(1, -half, 0.0), (-1, 0.0, half)] if width >= 5.0 else [(1, -half, half)]
-    return Road.from_points(name, points, -half, half, closed=closed, height=height, lane_edges=lanes, origin=origin)
-
-
-def read_geojson(path: Path, *, closed: bool | None = None, width: float | None = None) -> Road:
-    """A GeoJSON line as a centre line, or a road that `write_geojson` wrote.
-
-    Raises:
-        RoadError: no GeoJSON, no line, or no width where there are no edges.
+        RoadError: no GeoJSON, or no line.
     """
     try:
         content = json.loads(read_text(path), parse_constant=lambda word: float("nan"))
@@ -115,11 +62,24 @@ def read_geojson(path: Path, *, closed: bool | None = None, width: float | None 
         return _own(path, name, by_role, about, closed, in_metres=in_metres)
     table = _coordinates(path, lines[0][1])
     if in_metres:
+        points, start = table[:, :2], None
+    else:
         try:
-            return about_line(path, name, table[:, :2], table[:, 2], closed, width, None)
+            points, start = to_plane(table[:, 1], table[:, 0])
         except RoadError as error:
-            raise RoadError(str(error) if str(error).startswith(str(path)) else f"{path}: {error}") from None
-    return _about(path, name, table[:, 1::-1], table[:, 2], closed, width)
+            raise RoadError(f"{path}: {error}") from None
+    has_height = len(lines[0][1]["coordinates"][0]) > 2
+    recording = Recording(str(path), points, table[:, 2] if has_height else None, _times(path, about, len(points)), None, numbered(len(points)))
+    return road_about(recording, name, closed=closed, width=width, origin=start, wish=wish or Wish())
+
+
+def _times(path: Path, about: dict[str, Any], count: int) -> Floats | None:
+    """Times (n,) in s of the points, as converters of GPX write them: `coordTimes`, or `times` of `coordinateProperties`."""
+    nested = about.get("coordinateProperties")
+    found = about.get("coordTimes") or (nested.get("times") if isinstance(nested, dict) else None)
+    if not isinstance(found, list) or len(found) != count:
+        return None
+    return seconds_of(str(path), [(f"coordinates[{k}]", str(word)) for k, word in enumerate(found)])
 
 
 def _features(content: dict[str, Any]) -> list[dict[str, Any]]:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 #: Suffixes of files that hold one road, and of files that hold a network.
 ROADS = (".csv", ".txt", ".mat", ".gpx", ".geojson", ".json")
 NETWORKS = (".xodr", ".xml", ".osm")
+#: Of these, files that hold what a receiver recorded, or a drawn line.
+RECORDED = (".gpx", ".geojson", ".json")
 WRITERS = (".xodr", ".csv", ".geojson")
 
 
@@ -30,6 +32,9 @@ def read(
     start: Place | None = None,
     goal: Place | None = None,
     cost: Cost = "length",
+    raw: bool = False,
+    accuracy: float | tuple[float, float] | None = None,
+    leg: int | None = None,
 ) -> Road:
     """Read a road file.
 
@@ -42,19 +47,46 @@ def read(
         start: where a route through a network begins: a position (x, y) in m, or the id of a road or lane.
         goal: where it ends.
         cost: what the route is to have least of; see `Network.route`.
+        raw: take a recorded line (GPX, GeoJSON) as it is, and not smoothed.
+        accuracy: root mean square distance in m of recorded places from the true line, or of places and of heights; None: found from the recording.
+        leg: which of the ways to read of a recorded drive that turns back on its own line or breaks off, from 1; None: the longest.
 
     Raises:
         RoadError: the file is missing, of unknown format or wrong inside, or an argument is missing; the message says where.
     """
     path = Path(path)
     suffix = path.suffix.lower()
+    if suffix not in RECORDED and (raw or accuracy is not None or leg is not None):
+        raise RoadError(f"{path}: raw, accuracy and leg are for recorded lines ({', '.join(RECORDED)}), expected them left out")
     if suffix in NETWORKS:
         if width is not None or lane is not None:
             raise RoadError(f"{path}: holds lanes with borders, leave width and lane out, which are for files without")
         return _from_network(read_network(path), closed, road, start, goal, cost)
     if not (road is None and start is None and goal is None):
         raise RoadError(f"{path}: holds one road, a road's id or start and goal are for networks ({', '.join(NETWORKS)})")
+    if suffix in RECORDED:
+        return _recorded(path, closed=closed, width=width, lane=lane, wish=(raw, accuracy, leg))
     return _one_road(path, suffix, closed=closed, width=width, lane=lane)
+
+
+def _recorded(
+    path: Path, *, closed: bool | None, width: float | None, lane: float | None, wish: tuple[bool, float | tuple[float, float] | None, int | None]
+) -> Road:
+    from ..conditioning.conditioned import Wish
+
+    if lane is not None:
+        raise RoadError(f"{path}: holds a line, give width alone; lane is for path tables")
+    raw, accuracy, leg = wish
+    plane, height = accuracy if isinstance(accuracy, tuple) else (accuracy, None)
+    try:
+        asked = Wish(raw, plane, height, leg)
+    except RoadError as error:
+        raise RoadError(f"{path}: {error}") from None
+    if path.suffix.lower() == ".gpx":
+        from .gpx import read as read_it
+    else:
+        from .centre_line import read_geojson as read_it
+    return read_it(path, closed=closed, width=width, wish=asked)
 
 
 def read_network(path: str | PathLike[str]) -> Network:
@@ -121,10 +153,6 @@ def not_kept(road: Road, path: str | PathLike[str]) -> list[str]:
 
 
 def _one_road(path: Path, suffix: str, *, closed: bool | None, width: float | None, lane: float | None) -> Road:
-    if suffix in (".gpx", ".geojson", ".json"):
-        from .centre_line import read_geojson, read_gpx
-
-        return (read_gpx if suffix == ".gpx" else read_geojson)(path, closed=closed, width=width)
     if suffix == ".mat":
         from .tables.path_table import read as read_path
 

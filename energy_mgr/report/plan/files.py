@@ -92,6 +92,7 @@ def summary(plan: Plan) -> dict[str, Any]:
         "journey_time_s": plan.journey_time,
         "energy_kwh": plan.energy_kwh,
         "baseline": {"journey_time_s": plan.baseline.journey_time, "energy_kwh": plan.baseline.energy_kwh},
+        "as_recorded": _recorded(plan),
         "equal_arrival_time": plan.equal_time,
         "saving_percent": plan.saving_percent,
         "saving_kwh": plan.baseline.energy_kwh - plan.energy_kwh,
@@ -110,6 +111,11 @@ def summary(plan: Plan) -> dict[str, Any]:
         "battery": _battery(plan),
         "energy_by_component_kwh": {name: value / KWH for name, value in plan.chosen.ledger.components.items()},
     }
+
+
+def _recorded(plan: Plan) -> dict[str, float] | None:
+    run = plan.comparison.recorded
+    return None if run is None else {"journey_time_s": run.journey_time, "energy_kwh": run.energy_kwh}
 
 
 def _saved(plan: Plan, which: str) -> float | None:

@@ -12,6 +12,8 @@ from powertrain.energy.balance import spoken
 from ...planning import saving_percent
 
 if TYPE_CHECKING:
+    from roads import Recorded
+
     from ...planning import Plan, Run
 
 
@@ -25,6 +27,7 @@ def comparison_table(plan: Plan) -> str:
         ("speed only", compared.speed_only),
         ("path and speed", compared.both),
         *([("path and speed, jointly", compared.joint)] if compared.joint is not None else []),
+        *([("as recorded", compared.recorded)] if compared.recorded is not None else []),
     ]
     if not any(run is plan.chosen for _, run in rows):
         rows.append(("this plan", plan.chosen))
@@ -68,6 +71,8 @@ def _notes(plan: Plan) -> list[str]:
         notes.append(f"Speed: {profile.method}, {profile.status}, {profile.solve_ms:.0f} ms; {where} the energy is {least}.")
     if plan.battery is not None:
         notes.append(_battery_note(plan))
+    if plan.road.recorded is not None:
+        notes.append(_recorded_note(plan.road.recorded, plan.journey_time))
     if plan.chosen.profile.status == "solved early":
         why = "driving slower would cost more energy" if not plan.chosen.limits.windows else "its windows or the thriftiest speed ask for no later"
         notes.append(f"Arrives {compared.journey_time - plan.journey_time:.1f} s before the time allowed: {why}.")
@@ -76,6 +81,17 @@ def _notes(plan: Plan) -> list[str]:
             f"Plan and baseline differ by {plan.journey_time - plan.baseline.journey_time:+.1f} s in arrival: not a comparison at equal time."
         )
     return notes
+
+
+def _recorded_note(drive: Recorded, journey_time: float) -> str:
+    words = f"As recorded: {drive.moving_time:.1f} s in motion"
+    stops = drive.stops
+    words += (
+        f" and {len(stops)} stop{'s' * (len(stops) > 1)} of {drive.duration - drive.moving_time:.0f} s in all, which count nowhere" if stops else ""
+    )
+    if abs(journey_time - drive.moving_time) > 0.1:
+        words += f"; the plan arrives {abs(journey_time - drive.moving_time):.1f} s {'later' if journey_time > drive.moving_time else 'earlier'}"
+    return words + ". `energy-mgr score` counts the stops as driven."
 
 
 def _battery_note(plan: Plan) -> str:

@@ -1,0 +1,70 @@
+"""A score as text for a terminal, and as plain data."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from powertrain import KWH
+from powertrain.energy.balance import spoken
+
+if TYPE_CHECKING:
+    from ...planning import Score
+
+#: Faster than this a car falls behind a recorded speed for more than noise, m/s.
+_MISSED = 0.5
+
+
+def score_table(score: Score) -> str:
+    """Some twenty lines: time, way and energy as recorded and as planned, by component."""
+    drive, road = score.drive, score.road
+    stops = drive.stops
+    lines = [
+        f"{road.name}: {road.length:.0f} m, {score.vehicle.name}, recorded {drive.duration:.1f} s"
+        + (f", {len(stops)} stop{'s' * (len(stops) > 1)} of {drive.duration - drive.moving_time:.0f} s in all" if stops else ""),
+        "",
+        f"{'':28}{'as recorded':>13}{'planned':>11}",
+        f"{'  time s':28}{drive.duration:13.1f}{score.planned.duration:11.1f}",
+        f"{'  energy kWh':28}{score.energy_kwh:13.4f}{score.planned_kwh:11.4f}",
+        f"{'  kWh/100 km':28}{1e5 * score.energy_kwh / road.length:13.2f}{1e5 * score.planned_kwh / road.length:11.2f}",
+    ]
+    for name, value in score.recorded.components.items():
+        lines.append(f"{'    ' + spoken(name):28}{value / KWH:13.4f}{score.planned.components[name] / KWH:11.4f}")
+    saved = score.energy_kwh - score.planned_kwh
+    percent = score.saving_percent
+    lines += ["", f"A plan would save {saved:.4f} kWh" + (f", {percent:.1f} %" if percent is not None else "") + _when(score)]
+    if score.recorded.missed > _MISSED:
+        lines.append(f"The recorded speeds ask more than this car has: it would fall behind by up to {3.6 * score.recorded.missed:.0f} km/h.")
+    return "\n".join(lines)
+
+
+def _when(score: Score) -> str:
+    if score.late <= 0.0:
+        return ", in the same time, with the same stops, within the car's limits and the road's."
+    return (
+        f", but arrives {score.late:.1f} s later: within the car's limits of comfort and the road's speed limits the recorded time cannot be kept, "
+        "so this is no comparison at equal time."
+    )
+
+
+def score_summary(score: Score) -> dict[str, Any]:
+    """The same as plain numbers, units in the names."""
+    drive = score.drive
+    return {
+        "road": {"name": score.road.name, "length_m": score.road.length},
+        "vehicle": score.vehicle.name,
+        "duration_s": drive.duration,
+        "standing_s": drive.duration - drive.moving_time,
+        "stops": [{"station_m": s, "duration_s": duration} for s, duration in drive.stops],
+        "energy_kwh": score.energy_kwh,
+        "energy_by_component_kwh": {name: value / KWH for name, value in score.recorded.components.items()},
+        "speed_missed_mps": score.recorded.missed,
+        "plan": {
+            "duration_s": score.planned.duration,
+            "late_s": score.late,
+            "energy_kwh": score.planned_kwh,
+            "energy_by_component_kwh": {name: value / KWH for name, value in score.planned.components.items()},
+        },
+        "saving_kwh": score.energy_kwh - score.planned_kwh,
+        "saving_percent": score.saving_percent,
+        "findings": [str(finding) for finding in score.road.findings],
+    }
