@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from roads import Recorded, Road
 
+    from ..speed import DriveRules
     from .comparison import Plan
 
     Floats = NDArray[np.float64]
@@ -120,10 +121,9 @@ def _planned(planner: Planner, vehicle: Vehicle, asked: PlanRequest, drive: Reco
     """The plan in the recorded time, or in the least time that the car needs."""
     road = planner.road
     stops = [s for s, _ in _stops(drive, road)]
-    rules = replace(asked.rules, stops=tuple(sorted({*asked.rules.stops, *stops})))
+    wished = replace(asked, rules=replace(asked.rules, stops=tuple(sorted({*asked.rules.stops, *stops}))))
     if not road.closed:
-        rules = replace(rules, start_speed=float(drive.v[0]), end_speed=float(drive.v[-1]))
-    wished = replace(asked, rules=rules)
+        wished = replace(wished, rules=_with_ends(planner, vehicle, wished, drive))
     try:
         return planner.plan(vehicle, replace(wished, journey_time=drive.moving_time)), 0.0
     except InfeasibleError:
@@ -131,8 +131,16 @@ def _planned(planner: Planner, vehicle: Vehicle, asked: PlanRequest, drive: Reco
         return plan, plan.journey_time - drive.moving_time
 
 
+def _with_ends(planner: Planner, vehicle: Vehicle, asked: PlanRequest, drive: Recorded) -> DriveRules:
+    """Rules with the recorded speeds at both ends, where they are within the limits, else the limits themselves."""
+    fastest = [asked.rules.limits(planner.road, planner.path(vehicle, asked, kind), vehicle).v_max for kind in ("lane", "optimal")]
+    start, end = (float(min(drive.v[at], *(v[at] for v in fastest))) for at in (0, -1))
+    return replace(asked.rules, start_speed=start, end_speed=end)
+
+
 def _least(planner: Planner, vehicle: Vehicle, asked: PlanRequest) -> Plan:
-    """The plan in the least time; with the recorded speeds at the ends if the car can, else from and to a standstill."""
+    """The plan in the least time; with these speeds at the ends if the car can, else from and to a standstill."""
+    planner = Planner(replace(planner.road, recorded=None), report=planner.report)
     try:
         return planner.plan(vehicle, replace(asked, journey_time=None))
     except InfeasibleError:

@@ -103,6 +103,8 @@ def conditioned(recording: Recording, wish: Wish, closed: bool | None, looks_clo
         return _as_it_is(recording, closed, looks_closed, told)
     words: list[str] = []
     recording = _sound(recording, told, words)
+    if len(recording) < 2:
+        raise RoadError(f"{recording.place}: {len(recording)} usable point, expected at least 2")
     recording = _leg(recording, wish.leg, told)
     _tell_gaps(recording, told)
     moving, at_place = _moving(recording)
@@ -121,7 +123,7 @@ def conditioned(recording: Recording, wish: Wish, closed: bool | None, looks_clo
         largest = int(np.argmax(np.abs(line.off)))
         far = abs(float(line.off[largest]))
         words.append(f"line smoothed, the points lie {line.noise:.2f} m off it (root mean square, at most {far:.1f} m)")
-        if far > _FAR_OFF * line.noise:
+        if far > max(_FAR_OFF * line.noise, 1.0):
             where = f"{recording.place}: {moving.names[largest]} at s = {line.station[largest]:.0f} m"
             told.warn(where, f"lies {far:.1f} m off the smoothed line, the others {line.noise:.2f} m; look whether a bend was cut")
         ends = np.vstack([line.points, line.points[:1]]) if closed else line.points
@@ -206,10 +208,12 @@ def _moving(recording: Recording) -> tuple[Recording, Ints]:
 
 
 def _stops(recording: Recording) -> int:
-    """How often points crowd."""
+    """How often points crowd and scatter; where a car creeps on exactly there is nothing to draw together."""
     owner = anchors(recording.points, apart(recording.points, recording.typical_step)).owner
     count = np.bincount(owner)
     crowded = count > max(_CROWD * float(np.median(count)), _CROWDED)
+    for at in np.flatnonzero(crowded).tolist():
+        crowded[at] = noise_of(recording.points[owner == at]) >= QUIET
     return int(np.count_nonzero(np.diff(np.concatenate([[0], crowded.astype(int)])) > 0))
 
 

@@ -111,8 +111,9 @@ def test_plan_takes_routes_and_lines(capsys: pytest.CaptureFixture[str], tmp_pat
     assert "roundabout: west/0/1 to east: 642 m" in capsys.readouterr().out
     assert main(["plan", str(samples.geojson(tmp_path)), "--width", "7", "--out", str(tmp_path / "b")]) == 0
     assert "bend: 181 m" in capsys.readouterr().out
-    assert main(["plan", str(samples.geojson(tmp_path)), "--out", str(tmp_path / "c")]) == 2
-    assert "give the width of the road" in capsys.readouterr().err
+    assert main(["plan", str(samples.geojson(tmp_path)), "--out", str(tmp_path / "c")]) == 0
+    assert "note: " in (said := capsys.readouterr().out)
+    assert "one lane of 3.5 m is assumed" in said
 
 
 def test_energy_of_a_stretch_is_that_of_the_car():

@@ -11,7 +11,9 @@ from roads.formats.tables.closing import looks_closed
 from .drives import Receiver, gain, recorded
 
 
-@pytest.mark.parametrize("receiver", [Receiver(2.5, 0.5), Receiver(2.5, 2.0), Receiver(1.0, 0.3, 1.0), Receiver(0.0, 1.0, 0.0, 0.2), Receiver(5.0, 3.0)])
+@pytest.mark.parametrize(
+    "receiver", [Receiver(2.5, 0.5), Receiver(2.5, 2.0), Receiver(1.0, 0.3, 1.0), Receiver(0.0, 1.0, 0.0, 0.2), Receiver(5.0, 3.0)]
+)
 @pytest.mark.parametrize("name", ["rural", "descent"])
 def test_rise_and_fall_are_those_of_the_road(name: str, receiver: Receiver):
     road = open_road(name)
@@ -69,7 +71,9 @@ def test_stairs_of_whole_metres_are_a_slope():
     assert np.abs(slope[10:-10] - 0.03).max() < 0.01
 
 
-@pytest.mark.parametrize(("values", "step"), [([1.0, 2.0, 5.0], 1.0), ([0.5, 1.0, 3.0], 0.5), ([1.03, 2.0], 0.0), ([7.0, 7.0], 0.0), ([10.0, 30.0], 10.0)])
+@pytest.mark.parametrize(
+    ("values", "step"), [([1.0, 2.0, 5.0], 1.0), ([0.5, 1.0, 3.0], 0.5), ([1.03, 2.0], 0.0), ([7.0, 7.0], 0.0), ([10.0, 30.0], 10.0)]
+)
 def test_the_step_that_heights_are_told_in(values: list[float], step: float):
     assert told_in(np.array(values)) == step
 

@@ -26,7 +26,7 @@ def wavy(count: int = 81, step: float = 10.0, noise: float = 0.0, seed: int = 0)
 @pytest.mark.parametrize("noise", [0.0, 1.0, 2.5])
 @pytest.mark.parametrize("beside", [0.0, 1.5])
 def test_out_and_back_are_two_ways(noise: float, beside: float):
-    out, back = wavy(noise=noise), wavy(noise=noise, seed=1)[-2::-1] + [0.0, beside]
+    out, back = wavy(noise=noise), wavy(noise=noise, seed=1)[-2::-1] + np.array([0.0, beside])
     drive = np.vstack([out, back])
     (tip,) = turning_points(recording(drive))
     assert abs(tip - 80) <= 1
@@ -46,7 +46,7 @@ def test_a_hairpin_is_a_bend_and_no_way_back():
     turn = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 9)
     up = np.column_stack([np.arange(0.0, 200.0, 5.0), np.zeros(40)])
     pin = np.column_stack([200.0 + 9.0 * np.cos(turn), 9.0 + 9.0 * np.sin(turn)])
-    back = up[::-1] + [0.0, 18.0]
+    back = up[::-1] + np.array([0.0, 18.0])
     drive = np.vstack([up, pin, back])
     assert turning_points(recording(drive)) == []
     found = made(drive)
@@ -61,7 +61,7 @@ def test_a_short_gap_is_bridged_and_a_long_one_parts():
     (warning,) = [str(finding) for finding in found.findings]
     assert "point 79" in warning
     assert "is bridged" in warning
-    far = np.vstack([way[:150], way[150:] + [30_000.0, 0.0]])
+    far = np.vstack([way[:150], way[150:] + np.array([30_000.0, 0.0])])
     assert [(leg.first, leg.last, leg.ended) for leg in legs_of(recording(far))] == [(0, 149, "gap"), (150, 199, "end")]
     assert len(made(far).points) == 150
     with pytest.raises(RoadError, match="leg 3 of a drive that has 2"):
@@ -97,7 +97,12 @@ def test_points_out_of_order_in_time_are_left_out():
 
 @pytest.mark.parametrize(
     ("wish", "message"),
-    [({"plane": 0.0}, "accuracy in the plane"), ({"height": 1e3}, "accuracy in the height"), ({"leg": 0}, "leg 0"), ({"raw": True, "plane": 1.0}, "raw with")],
+    [
+        ({"plane": 0.0}, "accuracy in the plane"),
+        ({"height": 1e3}, "accuracy in the height"),
+        ({"leg": 0}, "leg 0"),
+        ({"raw": True, "plane": 1.0}, "raw with"),
+    ],
 )
 def test_wishes_out_of_range_are_refused(wish: dict[str, float], message: str):
     with pytest.raises(RoadError, match=message):
