@@ -64,9 +64,9 @@ def _by_blanks(row: str, apart: str | None) -> bool:
 
 def _refuse_mixed(path: object, rows: list[str], lines: list[int], layout: Layout) -> None:
     """Raise RoadError that names one number of each kind, if there are both."""
-    found = {kind: _first(rows, lines, layout, pattern) for kind, pattern in (("point", _POINT), ("comma", _COMMA))}
-    if found["point"] and found["comma"]:
-        (line, word), (other, beside) = sorted(found.values(), reverse=True)
+    point, comma = (_first(rows, lines, layout, pattern) for pattern in (_POINT, _COMMA))
+    if point and comma:
+        (line, word), (other, beside) = max(point, comma), min(point, comma)
         raise RoadError(f"{path}:{line}: {word[:40]!r} beside {beside[:40]!r} in line {other}, expected decimal points or decimal commas, not both")
 
 
