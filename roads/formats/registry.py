@@ -37,7 +37,7 @@ def read(
         path: track CSV, edges CSV, path table (.csv, .mat), GPX, GeoJSON, OpenDRIVE, CommonRoad, Lanelet2, SUMO.
         closed: True for a circuit, False for an open road, None to let the file (or the gap between its ends) tell.
         width: width of the road, m, for files that hold a line without borders.
-        lane: width of the lane about the line, m, for path tables.
+        lane: width of the lane about the line, m, for path tables; without any width these get one lane of 3.5 m.
         road: id of one road of a network.
         start: where a route through a network begins: a position (x, y) in m, or the id of a road or lane.
         goal: where it ends.
@@ -142,10 +142,13 @@ def _from_table(path: Path, *, closed: bool | None, width: float | None, lane: f
     table = read_table(path)
     if table.names and edges_csv.columns_of(table.names) is not None:
         return edges_csv.of_table(table, closed=closed)
-    is_path = table.names and any(
-        name.startswith(("psi", "kappa", "v_", "vx", "heading", "curvature")) or name in ("v", "s", "s_m") for name in table.names
-    )
-    if is_path or (not table.names and (lane is not None or width is not None or 5 <= table.rows.shape[1] <= 7)):
+    columns = table.rows.shape[1]
+    if table.names:
+        # a line with whatever beside it, but not widths: these are a track's, perhaps misspelled
+        is_path = path_table.names_a_line(table.names) and not any(name.startswith("w") for name in table.names)
+    else:
+        is_path = lane is not None or width is not None or columns == 2 or 5 <= columns <= 7
+    if is_path:
         return path_table.of_table(table, closed=closed, lane=lane, width=width)
     if width is not None or lane is not None:
         raise RoadError(f"{path}: a track holds its widths, leave width and lane out, which are for files without borders")

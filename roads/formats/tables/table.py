@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,6 +47,10 @@ class Table:
     def at(self, row: int) -> str:
         """`file:line` of a row."""
         return f"{self.path}:{self.lines[row]}"
+
+    def only(self, keep: NDArray[np.bool_]) -> Table:
+        """The same table with those rows (n,) that are to be kept."""
+        return replace(self, rows=self.rows[keep], lines=[line for line, kept in zip(self.lines, keep.tolist(), strict=True) if kept])
 
 
 def read_table(path: Path) -> Table:

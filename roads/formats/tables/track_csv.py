@@ -22,6 +22,7 @@ from ...lane import Lane
 from ...road import Road
 from ..text import write_whole
 from .closing import SAME_PLACE, closed_key, looks_closed
+from .order import by_place
 from .table import shown
 
 if TYPE_CHECKING:
@@ -49,8 +50,10 @@ def of_table(table: Table, *, closed: bool | None = None) -> Road:
     Raises:
         RoadError: with file, line, what was found and what was expected.
     """
-    path, rows, lines, keys = table.path, table.rows, table.lines, table.keys
     columns = _columns(table)
+    order = by_place(table.rows[:, [columns.index("x_m"), columns.index("y_m")]], table.at)
+    table = table.only(order.keep)
+    path, rows, lines, keys = table.path, table.rows, table.lines, table.keys
     named = dict(zip(columns, rows.T, strict=True))
     points = np.column_stack([named["x_m"], named["y_m"]])
     steps = np.hypot(*np.diff(points, axis=0).T)
@@ -86,6 +89,7 @@ def of_table(table: Table, *, closed: bool | None = None) -> Road:
         friction=named.get("friction", 1.0),
         lane_edges=_lanes(path, keys),
         left_hand=keys.get("traffic") == "left",
+        findings=tuple(order.findings),
     )
     try:
         _refuse_crossings(path, road, points, lines)

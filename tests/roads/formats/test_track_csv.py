@@ -111,3 +111,13 @@ def test_files_that_are_none_are_refused(tmp_path: Path):
         roads.read(tmp_path / "bytes.csv")
     with pytest.raises(RoadError, match="no shipped road, expected a road file or one of commute, descent, handling"):
         roads.open_road("nowhere")
+
+
+def test_a_point_far_off_the_line_is_left_out_with_a_word(tmp_path: Path, straight_rows: list[tuple[float, ...]]):
+    rows = [*straight_rows[:20], (97.0, 800.0, 3.5, 3.5), *straight_rows[20:]]
+    road = roads.read(write(tmp_path / "far.csv", rows))
+    assert road.length == pytest.approx(295.0)
+    [finding] = road.findings
+    assert finding.severity == "warning"
+    assert finding.place == f"{tmp_path / 'far.csv'}:22"
+    assert "800.0 m off the rows beside it" in finding.message
