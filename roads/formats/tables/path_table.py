@@ -16,10 +16,12 @@ breaks the order are left out, see `roads.formats.tables.order`. A path has no b
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...crossings import crossings_of
 from ...errors import RoadError
 from ...findings import Finding
 from ...road import Road
@@ -167,7 +169,8 @@ def _road(
     lane, width, assumed = borders_of(path, lane, width)
     points = np.column_stack([table["x"], table["y"]])
     order = in_order(points, table.get("s"), table.get("t"), place)
-    table, points = {key: values[order.keep] for key, values in table.items()}, points[order.keep]
+    rows = np.flatnonzero(order.keep)
+    table, points = {key: values[rows] for key, values in table.items()}, points[rows]
     steps = np.hypot(*np.diff(points, axis=0).T)
     keep = np.append(True, steps > SAME_PLACE)
     points = points[keep]
@@ -179,7 +182,7 @@ def _road(
     edges = [(1, -0.5 * lane, 0.5 * lane)] + ([(-1, 0.5 * lane, width - 0.5 * lane)] if width - lane > 0.5 else [])
     more = {key: _frozen(values[keep]) for key, values in table.items() if key not in ("x", "y", "z")}
     try:
-        return Road.from_points(
+        made = Road.from_points(
             name or path.stem,
             points,
             -0.5 * lane,
@@ -192,6 +195,8 @@ def _road(
         )
     except RoadError as error:
         raise RoadError(f"{path}: {error}") from None
+    rows = rows[keep]
+    return replace(made, findings=made.findings + crossings_of(made, lambda point: place(int(rows[point])), refuse=False))
 
 
 def _frozen(values: Floats) -> Floats:

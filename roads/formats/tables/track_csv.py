@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...crossings import crossings_of, refuse_crossing_borders
 from ...errors import RoadError
-from ...geometry.crossing import mutual_crossings, self_crossings
 from ...lane import Lane
 from ...road import Road
 from ..text import write_whole
@@ -37,11 +37,6 @@ if TYPE_CHECKING:
 WAYS = {1: "forward", -1: "backward", 0: "both"}
 REQUIRED = ("x_m", "y_m", "w_tr_right_m", "w_tr_left_m")
 OPTIONAL = ("z_m", "speed_limit_mps", "bank_rad", "friction")
-
-#: A road may pass over itself where the levels are at least this far apart, m.
-BRIDGE_CLEARANCE = 3.0
-#: Borders that meet again further along than this belong to different parts of the road, m.
-LOCAL = 60.0
 
 
 def of_table(table: Table, *, closed: bool | None = None) -> Road:
@@ -92,10 +87,11 @@ def of_table(table: Table, *, closed: bool | None = None) -> Road:
         findings=tuple(order.findings),
     )
     try:
-        _refuse_crossings(path, road, points, lines)
+        crossings = crossings_of(road, table.at)
+        refuse_crossing_borders(road, table.at)
     except RoadError as error:
         raise error if str(error).startswith(str(path)) else RoadError(f"{path}: {error}") from None
-    return road
+    return replace(road, findings=(*road.findings, *crossings))
 
 
 def write(road: Road, path: Path) -> None:
@@ -185,19 +181,3 @@ def _road(path: Path, name: str, *arguments: Any, **options: Any) -> Road:
         return Road.from_points(name, *arguments, **options)
     except RoadError as error:
         raise RoadError(f"{path}: {error}") from None
-
-
-def _refuse_crossings(path: Path, road: Road, points: Floats, lines: list[int]) -> None:
-    """A reference that crosses itself on one level, or borders that cross each other, have no corridor."""
-    for i, j, place in self_crossings(points, closed=road.closed):
-        if abs(road.height[i] - road.height[j]) < BRIDGE_CLEARANCE:
-            raise RoadError(
-                f"{path}:{lines[j]}: the road crosses itself at ({place[0]:.1f}, {place[1]:.1f}) m, where line {lines[i]} passed on the same level"
-            )
-    tangent = road.reference.pieces.derivative(road.reference.pieces.breaks[: len(points)])
-    normal = np.column_stack([-tangent[1], tangent[0]]) / np.hypot(*tangent)[:, None]
-    edges = (points + road.left[:, None] * normal, points + road.right[:, None] * normal)
-    for i, j, place in mutual_crossings(*edges):
-        apart = abs(road.s[i] - road.s[j])
-        if min(apart, road.length - apart if road.closed else apart) < LOCAL:
-            raise RoadError(f"{path}:{lines[i]}: the borders cross at ({place[0]:.1f}, {place[1]:.1f}) m, expected left and right edge apart")
