@@ -66,7 +66,7 @@ def weave(amplitude: float, apart: float) -> np.ndarray:
     ("points", "half", "words"),
     [
         (loop(5.0), 3.0, r"it folds, \d+ m of road are too little to come round"),
-        (np.vstack([eight()[1:], eight() + [0.4, 0.0]]), 4.0, "it folds, passages beside each other cannot be told apart"),
+        (np.vstack([eight()[1:], eight() + np.array([0.4, 0.0])]), 4.0, "it folds, passages beside each other cannot be told apart"),
         (weave(12.0, 60.0), 4.0, "it folds, "),
     ],
 )

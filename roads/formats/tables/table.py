@@ -53,13 +53,45 @@ class Table:
         return replace(self, rows=self.rows[keep], lines=[line for line, kept in zip(self.lines, keep.tolist(), strict=True) if kept])
 
 
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """A text table whose rows are not yet numbers: `bodies` at `lines`, else as `Table`."""
+
+    path: Path
+    keys: dict[str, str]
+    names: list[str]
+    bodies: list[str]
+    lines: list[int]
+    layout: Layout
+    header: int
+
+    def table(self) -> Table:
+        """The rows as numbers.
+
+        Raises:
+            RoadError: rows of different lengths, words that are not finite numbers.
+        """
+        count = len(self.layout.words(self.bodies[0]))
+        numbers = _numbers(self.path, self.bodies, self.lines, self.layout, self.names, count)
+        return Table(self.path, self.keys, self.names, numbers, self.lines, self.header)
+
+
 def read_table(path: Path) -> Table:
+    """As `read_rows`, with all words as numbers.
+
+    Raises:
+        RoadError: as there, or rows of different lengths, words that are not finite numbers.
+    """
+    return read_rows(path).table()
+
+
+def read_rows(path: Path) -> Rows:
     """Read a table with commas, semicolons, tabs or blanks between its columns, `# key: value` lines and perhaps a header above it.
 
     Decimals may have commas throughout, where semicolons, tabs or blanks stand between columns.
 
     Raises:
-        RoadError: not text, no rows, rows of different lengths, words that are not finite numbers, decimal points and commas in one file.
+        RoadError: not text, no rows, a header of another length, decimal points and commas in one file.
     """
     keys: dict[str, str] = {}
     headers: list[tuple[int, list[str], bool]] = []
@@ -91,7 +123,7 @@ def read_table(path: Path) -> Table:
     count = len(layout.words(bodies[0]))
     header = _chosen(path, headers, count, lines[0])
     names = [word.lower() for word in header[1]] if header else []
-    return Table(path, keys, names, _numbers(path, bodies, lines, layout, names, count), lines, header[0] if header else 1)
+    return Rows(path, keys, names, bodies, lines, layout, header[0] if header else 1)
 
 
 def _chosen(path: Path, headers: list[tuple[int, list[str], bool]], count: int, first: int) -> tuple[int, list[str], bool] | None:

@@ -111,7 +111,7 @@ def write(road: Road, path: Path) -> None:
             )
         lanes.append(f"{WAYS[lane.direction]} {_plain(lane.right[0])} {_plain(lane.left[0])}")
     points = road.reference.position(road.s)
-    if road.drive is not None and not (np.allclose(road.drive.right, _plainest(road).right) and np.allclose(road.drive.left, _plainest(road).left)):
+    if len(road.lanes) > 1 and drives_another_lane(road):
         raise RoadError(f"{path}: track CSV cannot say which lane of {road.name} is to be driven; write .geojson")
     columns = [*REQUIRED, "z_m"]
     values = [points, -road.right, road.left, road.height]
@@ -129,6 +129,13 @@ def write(road: Road, path: Path) -> None:
     head += ["# traffic: left"] if road.left_hand else []
     head += [f"# lanes: {'; '.join(lanes)}"] if lanes else []
     write_whole(path, "\n".join([*head, "# " + ",".join(columns), *(",".join(_plain(v) for v in row) for row in table.tolist())]) + "\n")
+
+
+def drives_another_lane(road: Road) -> bool:
+    """Whether the lane to drive is not the one that a reader of the format would drive."""
+    if road.drive is None:
+        return False
+    return not (np.allclose(road.drive.right, _plainest(road).right) and np.allclose(road.drive.left, _plainest(road).left))
 
 
 def _plainest(road: Road) -> Lane:
