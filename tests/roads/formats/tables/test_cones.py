@@ -15,12 +15,12 @@ Floats = np.ndarray
 
 
 def circuit() -> PlanarCurve:
-    """A circuit with a hairpin whose legs are 11 m apart, left-hand round, 3 m to either side of it is free."""
+    """A circuit with a hairpin whose legs are 12 m apart, left-hand round."""
     corners = [[0, 0], [60, 0], [80, 12], [70, 28], [45, 24], [24, 22], [20, 28], [24, 34], [45, 36], [70, 44], [60, 60], [0, 60], [-22, 30]]
     return PlanarCurve.through(np.array(corners, dtype=float), closed=True)
 
 
-def cones_of(curve: PlanarCurve, spacing: float = 4.0, half: float = 2.0, end: float | None = None) -> tuple[Floats, Floats]:
+def cones_of(curve: PlanarCurve, spacing: float = 4.0, half: float = 1.5, end: float | None = None) -> tuple[Floats, Floats]:
     """Left and right cones beside a curve, each edge's own `spacing` apart."""
     s = np.linspace(0.0, end or curve.length, 4000, endpoint=not curve.closed)
     edges = []
@@ -61,12 +61,12 @@ def test_edges_of_a_circuit_are_found_whatever_the_order_of_the_rows(tmp_path: P
     # the polygon through the cones is shorter than the curve inside bends
     assert road.length == pytest.approx(curve.length, rel=0.02)
     right, left = beside(road, curve)
-    # the line between two cones lies spacing^2 / 8 R inside a border of radius R; where the ring closes they are up to 1.6 spacings apart
-    tightest = 1.0 / float(np.max(np.abs(curve.curvature(np.linspace(0.0, curve.length, 2000))))) - 2.0
-    sag = (1.6 * spacing) ** 2 / (8.0 * tightest) + 0.1
-    assert sag < 1.2
-    assert np.max(np.abs(right + 2.0)) < sag
-    assert np.max(np.abs(left - 2.0)) < sag
+    # the line between two cones lies spacing^2 / 8 R inside a border of radius R
+    tightest = 1.0 / float(np.max(np.abs(curve.curvature(np.linspace(0.0, curve.length, 2000))))) - 1.5
+    sag = spacing**2 / (8.0 * tightest) + 0.1
+    assert sag < 1.0
+    assert np.max(np.abs(right + 1.5)) < sag
+    assert np.max(np.abs(left - 1.5)) < sag
     [note] = road.findings
     assert note.severity == "note"
 
@@ -77,7 +77,7 @@ def test_noise_and_missing_cones_do_no_harm(tmp_path: Path):
     left, right = (edge + rng.normal(0.0, 0.1, edge.shape) for edge in cones_of(curve, 3.0))
     road = roads.read(written(tmp_path / "a.csv", np.delete(left, [5, 20, 33], axis=0), np.delete(right, [11, 40], axis=0), seed=3))
     edges = beside(road, curve)
-    assert max(np.max(np.abs(edges[0] + 2.0)), np.max(np.abs(edges[1] - 2.0))) < 1.0
+    assert max(np.max(np.abs(edges[0] + 1.5)), np.max(np.abs(edges[1] - 1.5))) < 1.0
     # what is driven bends as the circuit does, not as the noise
     assert np.max(np.abs(road.lane_centre().curvature(np.linspace(0.0, road.length, 2000)))) < 0.5
 
@@ -150,7 +150,7 @@ def test_bad_sets_are_refused_with_the_line(tmp_path: Path):
         roads.read(written(tmp_path / "a.csv", left, right[: len(right) // 3]))
     far = np.array([[1.0 * k, 0.0] for k in range(6)])
     with pytest.raises(RoadError, match="the cones lie on one line"):
-        roads.read(written(tmp_path / "a.csv", far, far + [10.0, 0.0]))
+        roads.read(written(tmp_path / "a.csv", far, far + np.array([10.0, 0.0])))
     path = written(tmp_path / "a.csv", left, right)
     path.write_text(path.read_text().replace(f"{left[3, 0]:.3f},", "nan,", 1))
     with pytest.raises(RoadError, match=r"a\.csv:5: x is 'nan', expected a finite number"):
