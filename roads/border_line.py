@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+from .errors import RoadError
+from .geometry.cubic import counted_from
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,6 +27,13 @@ _WRAP = 60.0
 _LONGEST = 5.0
 #: Corners worked out together, which bounds the memory on long roads.
 _CHUNK = 20_000
+#: A border that needs more corners per metre than this, over at least so many metres, belongs to a line that turns on the spot (3 m beside it: with a
+#: radius of a centimetre), or winds all along. Roads need three to thirty. Work and memory of a proof are bounded by this and the length.
+_MOST_CORNERS = ((1.0, 3_000.0), (200.0, 200.0))
+#: A piece of the reference whose least speed along its chord is below this share of the largest is cut into so many parts to bound its curvature.
+_CRUDE, _PARTS = 0.5, 16
+#: What a proof needs at least, m: borders are asked about with this sag before anything is planned.
+FINE = 2e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,19 +69,65 @@ def border_lines(corridor: Corridor, sag: float, start: float | None = None, end
     """
     reference = corridor.reference
     wrap = min(_WRAP, reference.length) if reference.closed else 0.0
-    base = _base_stations(corridor, -wrap if start is None else start, reference.length + wrap if end is None else end)
-    kappa, rate = _curvature_bounds(reference, base)
+    bends = _Bends.of(reference)
+    base = _base_stations(corridor, bends, -wrap if start is None else start, reference.length + wrap if end is None else end)
+    kappa, rate = bends.between(base, closed=reference.closed)
     right, left = corridor.borders(base)
     return _line(corridor, base, right, kappa, rate, sag, 0), _line(corridor, base, left, kappa, rate, sag, 1)
 
 
-def _base_stations(corridor: Corridor, start: float, end: float) -> Floats:
+class _Bends(NamedTuple):
+    """Bounds on curvature (k,) and its rate (k,) along a reference, between the stations `s` (k + 1,)."""
+
+    s: Floats
+    kappa: Floats
+    rate: Floats
+
+    @classmethod
+    def of(cls, reference: PlanarCurve) -> _Bends:
+        """Bounds by the Bernstein coefficients of the derivative; a piece that turns far from its chord is cut up, since there they are crude."""
+        pieces = reference.pieces
+        control, slowest = _controls(pieces.coefficients, np.diff(pieces.breaks))
+        crude = slowest < _CRUDE * np.max(np.hypot(*control.swapaxes(0, 1)), axis=0)
+        parts = np.where(crude, _PARTS, 1)
+        piece = np.repeat(np.arange(len(parts)), parts)
+        share = (np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[piece]
+        th, h = share * np.diff(pieces.breaks)[piece], (np.diff(pieces.breaks) / parts)[piece]
+        rows = counted_from(th, pieces.coefficients[:, :, piece])
+        _, slowest = _controls(rows, h)
+        slowest = np.maximum(slowest, 1e-3)
+        second = np.maximum(np.hypot(*(2 * rows[1])), np.hypot(*(2 * rows[1] + 6 * rows[0] * h)))
+        third = np.hypot(*(6 * rows[0]))
+        s = reference.breaks_s[piece]
+        inner = share > 0.0
+        s[inner] = reference.station((pieces.breaks[piece] + th)[inner])
+        return cls(np.append(s, reference.length), second / slowest**2, third / slowest**3 + 3 * second**2 / slowest**4)
+
+    def between(self, base: Floats, *, closed: bool) -> tuple[Floats, Floats]:
+        """The bounds (k - 1,) between `base` stations (k,), which hold all of `s`."""
+        middle = 0.5 * (base[1:] + base[:-1])
+        part = np.searchsorted(self.s, np.mod(middle, self.s[-1]) if closed else middle, side="right") - 1
+        part = np.clip(part, 0, len(self.kappa) - 1)
+        return self.kappa[part], self.rate[part]
+
+
+def _controls(coefficients: Floats, h: Floats) -> tuple[Floats, Floats]:
+    """Bernstein coefficients (3, 2, k) of the first derivative of cubics of length `h`, and the least of their components along the chord, which
+    bounds the speed from below."""
+    a, b, c, _ = coefficients
+    control = np.stack([c, c + b * h, c + 2 * b * h + 3 * a * h**2])
+    chord = control.mean(axis=0)
+    chord = chord / np.maximum(np.hypot(*chord), 1e-12)
+    return control, np.min(np.sum(control * chord, axis=1), axis=0)
+
+
+def _base_stations(corridor: Corridor, bends: _Bends, start: float, end: float) -> Floats:
     """Stations from `start` to `end` between which the reference is one cubic and the offset linear, m."""
     reference = corridor.reference
     length = reference.length
     if not reference.closed:
         start, end = max(start, 0.0), min(end, length)
-    s = np.union1d(corridor.s, reference.breaks_s)
+    s = np.union1d(corridor.s, bends.s)
     turns = np.arange(np.floor(start / length), np.floor(end / length) + 1.0) if reference.closed else np.zeros(1)
     near = [s[np.searchsorted(s, start - turn * length) : np.searchsorted(s, end - turn * length)] + turn * length for turn in turns]
     every = np.concatenate([[start], *near, [end]])
@@ -79,32 +135,60 @@ def _base_stations(corridor: Corridor, start: float, end: float) -> Floats:
     return np.unique(every)
 
 
-def _curvature_bounds(reference: PlanarCurve, base: Floats) -> tuple[Floats, Floats]:
-    """Bounds (k - 1,) on curvature and its rate between the base stations."""
-    pieces = reference.pieces
-    h = np.diff(pieces.breaks)
-    a, b, c, _ = pieces.coefficients
-    # Bernstein coefficients of the first derivative; their least component along the chord bounds the speed from below
-    control = np.stack([c, c + b * h, c + 2 * b * h + 3 * a * h**2])
-    chord = control.mean(axis=0)
-    chord = chord / np.hypot(*chord)
-    slowest = np.maximum(np.min(np.sum(control * chord, axis=1), axis=0), 1e-3)
-    second = np.maximum(np.hypot(*(2 * b)), np.hypot(*(2 * b + 6 * a * h)))
-    third = np.hypot(*(6 * a))
-    kappa = second / slowest**2
-    rate = third / slowest**3 + 3 * kappa * second / slowest**2
-    middle = 0.5 * (base[1:] + base[:-1])
-    if reference.closed:
-        middle = np.mod(middle, reference.length)
-    piece = np.clip(np.searchsorted(reference.breaks_s, middle, side="right") - 1, 0, len(h) - 1)
-    return kappa[piece], rate[piece]
+def refuse_turning_back(corridor: Corridor) -> None:
+    """Refuse a corridor about a line that turns back on itself, beside which there are no borders; takes a millisecond per kilometre.
+
+    A line that folds over its own way (points out of order, a road driven out and back, a place far off among others) turns on the spot. What is
+    tight only, so that the inner border folds, is none of this: there the border is drawn in, see `LAST_FOLD`.
+
+    Raises:
+        RoadError: the station and the place where it turns, and by how much.
+    """
+    bends = _Bends.of(corridor.reference)
+    base = _base_stations(corridor, bends, 0.0, corridor.reference.length)
+    kappa, rate = bends.between(base, closed=corridor.reference.closed)
+    for w in corridor.borders(base):
+        step = np.diff(base)
+        _refuse_too_many(corridor, base, step * np.sqrt(_second(step, w, kappa, rate) / (8.0 * FINE)))
+
+
+def _second(step: Floats, w: Floats, kappa: Floats, rate: Floats) -> Floats:
+    """Bound (k,) on a border's second derivative between base stations `step` apart, with offsets `w` (k + 1,)."""
+    wide, slope = np.maximum(np.abs(w[1:]), np.abs(w[:-1])), np.diff(w) / np.maximum(step, 1e-12)
+    return rate * wide + 2 * kappa * np.abs(slope) + kappa * (1.0 + kappa * wide)
+
+
+def _refuse_too_many(corridor: Corridor, base: Floats, corners: Floats) -> None:
+    """Raise RoadError where more `corners` (k,) are needed between base stations than any road needs."""
+    passed = np.concatenate([[0.0], np.cumsum(corners)])
+    for stretch, most in _MOST_CORNERS:
+        # neighbours count together: short pieces may need many per metre, not many in all
+        end = np.maximum(base[1:], np.minimum(base[:-1] + stretch, base[-1]))
+        density = (np.interp(end, base, passed) - passed[:-1]) / np.maximum(end - base[:-1], stretch)
+        if not np.all(density <= most):
+            at = int(np.argmax(~(density <= most)))
+            worst = at + int(np.argmax(corners[at : max(int(np.searchsorted(base, end[at])), at + 1)]))
+            raise RoadError(_turning_words(corridor, float(base[worst]), float(base[worst + 1])))
+
+
+def _turning_words(corridor: Corridor, start: float, end: float) -> str:
+    reference, look = corridor.reference, np.linspace(start - 0.5, end + 0.5, 2001)
+    look = look if reference.closed else np.clip(look, 0.0, reference.length)
+    kappa, turn = np.abs(reference.curvature(look)), np.degrees(np.ptp(reference.heading(look)))
+    at = start if start + 0.5 >= end else float(look[np.argmax(kappa)]) % reference.length
+    x, y = reference.position(at)
+    return (
+        f"{corridor.name}: the road's line turns back on itself near s = {at:.1f} m, at ({x:.1f}, {y:.1f}) m: by {turn:.0f} degrees within "
+        f"{look[-1] - look[0]:.1f} m, with a radius down to {1.0 / max(float(np.max(kappa)), 1e-9):.2g} m; expected a line that a car can follow"
+    )
 
 
 def _line(corridor: Corridor, base: Floats, w: Floats, kappa: Floats, rate: Floats, sag: float, which: int) -> BorderLine:
-    step, wide = np.diff(base), np.maximum(np.abs(w[1:]), np.abs(w[:-1]))
-    slope = np.diff(w) / np.maximum(step, 1e-12)
-    second = rate * wide + 2 * kappa * np.abs(slope) + kappa * (1.0 + kappa * wide)
-    count = np.maximum(np.ceil(np.maximum(step * np.sqrt(second / (8.0 * sag)), step / _LONGEST)), 1.0).astype(np.intp)
+    step = np.diff(base)
+    second = _second(step, w, kappa, rate)
+    corners = step * np.sqrt(second / (8.0 * sag))
+    _refuse_too_many(corridor, base, corners * np.sqrt(sag / max(sag, FINE)))
+    count = np.maximum(np.ceil(np.maximum(corners, step / _LONGEST)), 1.0).astype(np.intp)
     total = int(count.sum())
     s, points, folded = np.empty(total + 1), np.empty((total + 1, 2)), np.empty(total + 1, dtype=bool)
     ends = np.cumsum(count)

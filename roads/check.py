@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .border_line import refuse_turning_back
 from .errors import RoadError
 from .findings import Finding, Findings
 from .formats.registry import NETWORKS, read, read_network
@@ -67,6 +68,10 @@ def look(road: Road, place: str, findings: Findings) -> None:
     at = int(np.argmax(kappa))
     if kappa[at] > 1.0 / TIGHTEST:
         findings.warn(f"{place} at s = {s[at]:.1f} m", f"bends with a radius of {1.0 / kappa[at]:.2f} m, expected at least {TIGHTEST:g} m")
+    try:
+        refuse_turning_back(road.corridor("road"))
+    except RoadError as error:
+        findings.warn(place, str(error).removeprefix(f"{road.name}: "))
     slope = road.slope_at(s)
     at = int(np.argmax(np.abs(slope)))
     if abs(slope[at]) > STEEPEST:

@@ -6,6 +6,8 @@ from pathlib import Path
 # one thread for BLAS in each of pytest's processes and in those that tests start: several take turns waiting for each other, which tripled the time
 for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+# a fault of a command shows where it comes from; its exit code fails the test
+os.environ.setdefault("ENERGY_MGR_TRACEBACK", "1")
 
 import numpy as np
 import pytest

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+import traceback
 
 import click
 
 from .battery import battery_group
+from .complaints import FAULT, fault_words, wants_traceback
 from .front import front_command
 from .plan import plan_command
 from .quick import end_quickly, start_quickly
@@ -32,7 +34,11 @@ cli.add_command(battery_group)
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; bad input ends in one line on standard error and exit code 2."""
+    """Run the command line.
+
+    Bad input ends in one line on standard error and exit code 2. So does, with exit code 70, what nobody foresaw: the line names the command, its
+    files and the place, and asks for a report; with `ENERGY_MGR_TRACEBACK=1` in the environment the traceback is printed above it.
+    """
     try:
         code = cli.main(args=arguments, prog_name="energy-mgr", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -45,6 +51,11 @@ def main(arguments: list[str] | None = None) -> int:
     except (click.Abort, KeyboardInterrupt):
         click.echo("energy-mgr: interrupted, nothing written", err=True)
         return 130
+    except Exception as error:  # the last line of defence: no command ends in a traceback
+        if wants_traceback():
+            traceback.print_exception(error)
+        click.echo(f"energy-mgr: {fault_words(error, cli, sys.argv[1:] if arguments is None else arguments)}", err=True)
+        return FAULT
     return code if isinstance(code, int) else 0
 
 

@@ -15,6 +15,7 @@ from .problem.ends import both_ends
 from .problem.knots import knots_by_need
 from .problem.problem import CurvatureProblem
 from .proof.certificate import Certificate, Prover
+from .refusals import refuse_narrow, refuse_road
 from .result import Path, PathReport
 from .solvers import METHODS, solve
 from .solvers.backends import qp_solver
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
 
 PathKind = Literal["optimal", "lane"]
 
-#: A corridor must leave the path at least this width, m.
-LEAST_WIDTH = 2e-3
 #: Borders are drawn in by this much, m: what the proof of being inside needs to spare.
 TIGHTER = 5e-4
 #: A place beyond the border is repaired by drawing the border in by so much more than it is beyond, m.
@@ -115,12 +114,14 @@ def plan_path(
     Raises:
         InfeasibleError: the road is too narrow, or no smooth path keeps the borders or the bound on curvature; the station is named.
         SolverError: no path that passes the proof was found; the station is named.
-        PlanningError: options out of range.
+        PlanningError: options out of range, or a road below 1 m or above 2000 km.
+        RoadError: the road's line turns back on itself; the station is named.
     """
     started = time.perf_counter()
     if not 0.0 <= clearance < 100.0:
         raise PlanningError(f"clearance {clearance} m, expected 0 to 100 m")
     corridor = road.corridor(extent, clearance).narrowed(*narrowings)
+    refuse_road(corridor)
     lane = road.lane_centre()
     if kind == "lane":
         refuse_narrow(corridor)
@@ -248,18 +249,6 @@ def _path(found: _Found, iterations: int, centre: PlanarCurve, options: PathOpti
         qp=solution.solver,
     )
     return Path(curve, curve.breaks_s, problem.spline.breaks, report)
-
-
-def refuse_narrow(corridor: Corridor) -> None:
-    """Raise InfeasibleError where the corridor leaves no width to a path."""
-    s, width = corridor.narrowest()
-    if width < LEAST_WIDTH:
-        right, left = corridor.borders(s)
-        oblique = " (the borders are oblique there)" if float(left - right) > 2 * corridor.margin else ""
-        raise InfeasibleError(
-            f"{corridor.name}: the corridor is narrower than the car with its margins at s = {s:.1f} m: "
-            f"{float(left - right):.2f} m wide, needs {2 * corridor.margin + LEAST_WIDTH - min(width, 0.0) * bool(oblique):.2f} m{oblique}"
-        )
 
 
 def _follow_lane(road: Road, corridor: Corridor, lane: PlanarCurve, started: float) -> Path:

@@ -39,10 +39,10 @@ def read(
     """Read a road file.
 
     Args:
-        path: track CSV, edges CSV, path table (.csv, .mat), GPX, GeoJSON, OpenDRIVE, CommonRoad, Lanelet2, SUMO.
+        path: track CSV, edges CSV, cones, path table (.csv, .mat), GPX, GeoJSON, OpenDRIVE, CommonRoad, Lanelet2, SUMO.
         closed: True for a circuit, False for an open road, None to let the file (or the gap between its ends) tell.
         width: width of the road, m, for files that hold a line without borders.
-        lane: width of the lane about the line, m, for path tables.
+        lane: width of the lane about the line, m, for path tables; without any width these get one lane of 3.5 m.
         road: id of one road of a network.
         start: where a route through a network begins: a position (x, y) in m, or the id of a road or lane.
         goal: where it ends.
@@ -147,8 +147,11 @@ def not_kept(road: Road, path: str | PathLike[str]) -> list[str]:
     found = [f"columns {', '.join(road.columns)}"] if road.columns else []
     if Path(path).suffix.lower() == ".xodr" and road.drive is not None:
         found.append("the lane to drive (a reader finds it anew)")
-    if Path(path).suffix.lower() == ".csv" and road.origin is not None:
-        found.append("latitude and longitude of the origin")
+    if Path(path).suffix.lower() == ".csv":
+        from .tables.track_csv import drives_another_lane
+
+        found += ["the lane to drive (a reader drives the middle between the edges)"] if drives_another_lane(road) else []
+        found += ["latitude and longitude of the origin"] if road.origin is not None else []
     return found
 
 
@@ -163,17 +166,25 @@ def _one_road(path: Path, suffix: str, *, closed: bool | None, width: float | No
 
 
 def _from_table(path: Path, *, closed: bool | None, width: float | None, lane: float | None) -> Road:
-    """A header tells edges, paths and tracks apart; without one, four columns and no widths asked for mean a track."""
-    from .tables import edges_csv, path_table, track_csv
-    from .tables.table import read_table
+    """A header tells cones, edges, paths and tracks apart; without one, four columns and no widths asked for mean a track."""
+    from .tables import cones, edges_csv, path_table, track_csv
+    from .tables.table import read_rows
 
-    table = read_table(path)
+    rows = read_rows(path)
+    if (columns := cones.columns_of(rows)) is not None:
+        if width is not None or lane is not None:
+            raise RoadError(f"{path}: cones are the edges, leave width and lane out, which are for files without borders")
+        return cones.of_rows(rows, columns, closed=closed)
+    table = rows.table()
     if table.names and edges_csv.columns_of(table.names) is not None:
         return edges_csv.of_table(table, closed=closed)
-    is_path = table.names and any(
-        name.startswith(("psi", "kappa", "v_", "vx", "heading", "curvature")) or name in ("v", "s", "s_m") for name in table.names
-    )
-    if is_path or (not table.names and (lane is not None or width is not None or 5 <= table.rows.shape[1] <= 7)):
+    count = table.rows.shape[1]
+    if table.names:
+        # a line with whatever beside it, but not widths: these are a track's, perhaps misspelled
+        is_path = path_table.names_a_line(table.names) and not any(name.startswith("w") for name in table.names)
+    else:
+        is_path = lane is not None or width is not None or count == 2 or 5 <= count <= 7
+    if is_path:
         return path_table.of_table(table, closed=closed, lane=lane, width=width)
     if width is not None or lane is not None:
         raise RoadError(f"{path}: a track holds its widths, leave width and lane out, which are for files without borders")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from roads.border_line import BorderLine, border_lines
+from roads.border_line import FINE, BorderLine, border_lines
 
 from .curvature_proof import prove_curvature
 from .pieces import Pieces, cut, dot, halves, piece_of, places
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     Ints = NDArray[np.intp]
 
 #: Largest sag of a border's piece, m: coarse for what is far from the borders, fine for what is close.
-_COARSE, _FINE = 6e-2, 2e-4
+_COARSE, _FINE = 6e-2, FINE
 #: A piece of the path with less sag than this is not halved any more, m.
 _LEAST_SAG = 3e-5
 #: Length of the path's pieces to begin with, at least, and below which none is halved, m.
@@ -38,8 +38,8 @@ _FIRST_PIECE, _SHORTEST = 3.0, 1e-4
 _DRIFT = 0.75
 #: Spacing of the looks at the road itself, m, how far they go on beyond the seam of a circuit, and how far between two of them a border may be off.
 _ROAD_LOOK, _SPARE, _SIDE = 1.0, 60.0, 0.03
-#: Pieces looked at together; keeps memory bounded on long roads.
-_CHUNK = 1_500
+#: Pieces of the path, and pairs of these with pieces of borders, looked at together; keeps memory bounded on long and on winding roads.
+_CHUNK, _PAIRS = 1_500, 1_000_000
 _NONE = np.zeros(0)
 
 
@@ -226,12 +226,17 @@ def _first_length(path: PiecewiseCubic, pieces: Pieces) -> Floats:
 
 def _depth(path: PiecewiseCubic, part: Pieces, both: _Both, margin: float) -> tuple[Floats, Floats]:
     """(k,) bound on how much too close each piece comes to a border, m, and the sag of the pieces."""
+    ranges = [_beside(part, s, arc, margin) for s, arc in zip(both.s, both.arc, strict=True)]
+    if len(part.start) > 1 and sum(int(np.sum(high - low)) for low, high in ranges) > _PAIRS:
+        middle = len(part.start) // 2
+        halved = Pieces(part.start[:middle], part.end[:middle]), Pieces(part.start[middle:], part.end[middle:])
+        found = [_depth(path, one, both, margin) for one in halved]
+        return np.concatenate([depth for depth, _ in found]), np.concatenate([sag for _, sag in found])
     piece = piece_of(path, 0.5 * (part.start + part.end))
     a, b = places(path, piece, part.start), places(path, piece, part.end)
     cubic, square = 6.0 * path.coefficients[0][:, piece], 2.0 * path.coefficients[1][:, piece]
     bends = [cubic * (s - path.breaks[piece]) + square for s in (part.start, part.end)]
     sag = (part.end - part.start) ** 2 / 8.0 * np.sqrt(np.maximum(dot(bends[0], bends[0]), dot(bends[1], bends[1])))
-    ranges = [_beside(part, s, arc, margin) for s, arc in zip(both.s, both.arc, strict=True)]
     low = np.concatenate([first + found[0] for first, found in zip(both.first, ranges, strict=True)])
     count = np.concatenate([np.maximum(found[1] - found[0], 1) for found in ranges])
     starts = np.cumsum(count) - count

@@ -245,7 +245,7 @@ def _left_over(promise: float, last: float) -> float:
 
     Steps shrink at a steady rate. Where the rate is good, what is left after this step is the rest of a geometric series.
     """
-    if np.isinf(last):
+    if np.isinf(last) or last == 0.0:  # nothing to gain on a straight
         return promise
     rate = promise / last
     return promise * rate / (1.0 - rate) if rate < 0.1 else promise

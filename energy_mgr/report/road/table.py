@@ -22,7 +22,7 @@ MOST_ROWS = 25
 
 
 def road_table(road: Road) -> str:
-    """A road in ten lines."""
+    """A road in ten lines, and what its reader noticed or assumed."""
     s = np.linspace(0.0, road.length, max(int(road.length), 50) + 1)
     kappa, slope = road.reference.curvature(s), road.slope_at(s)
     sharpest = int(np.argmax(np.abs(kappa)))
@@ -47,6 +47,7 @@ def road_table(road: Road) -> str:
         lines.append(f"columns      {', '.join(road.columns)}")
     if road.origin is not None:
         lines.append(f"origin       latitude {road.origin[0]:.6f}, longitude {road.origin[1]:.6f}")
+    lines += [str(finding) for finding in road.findings]
     return "\n".join(lines)
 
 

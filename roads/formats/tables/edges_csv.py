@@ -6,16 +6,19 @@ left_x_m,left_y_m,right_x_m,right_y_m[,left_z_m,right_z_m][,speed_limit_mps]
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...borders import offsets_beside
+from ...crossings import crossings_of
 from ...errors import RoadError
 from ...geometry.curve import PlanarCurve, read_only
 from ...lane import Lane
 from ...road import Road
 from .closing import SAME_PLACE, closed_key, looks_closed
+from .order import by_place
 from .table import shown
 
 if TYPE_CHECKING:
@@ -45,7 +48,7 @@ def of_table(table: Table, *, closed: bool | None) -> Road:
     """The road between the edges; its reference is the middle of the points beside each other.
 
     Raises:
-        RoadError: unknown columns, fewer than two places, edges that cross or change sides, repeated places.
+        RoadError: unknown columns, fewer than two places, edges that cross or change sides, a road that folds over itself, repeated places.
     """
     names = columns_of(table.names)
     unknown = [] if names is None else [name for name in names if name not in REQUIRED + OPTIONAL]
@@ -53,6 +56,8 @@ def of_table(table: Table, *, closed: bool | None) -> Road:
         raise RoadError(
             f"{table.path}:{table.header}: columns {shown(table.names)}, expected {', '.join(REQUIRED)} and perhaps {', '.join(OPTIONAL)}"
         )
+    order = by_place(_middle(names, table.rows), table.at)
+    table = table.only(order.keep)
     columns = dict(zip(names, table.rows.T, strict=True))
     left, right = (
         np.column_stack([columns[f"{side}_x"], columns[f"{side}_y"], columns.get(f"{side}_z", np.zeros(len(table.rows)))])
@@ -71,11 +76,18 @@ def of_table(table: Table, *, closed: bool | None) -> Road:
         left, right, middle = left[:-1], right[:-1], middle[:-1]
         limit = None if limit is None else limit[:-1]
     try:
-        return _between(table, table.keys.get("name", table.path.stem), left, right, middle, limit, closed)
+        made = _between(table, table.keys.get("name", table.path.stem), left, right, middle, limit, closed)
+        return replace(made, findings=(*order.findings, *crossings_of(made, table.at)))
     except RoadError as error:
         if str(error).startswith(str(table.path)):
             raise
         raise RoadError(f"{table.path}: {error}") from None
+
+
+def _middle(names: list[str], rows: Floats) -> Floats:
+    """The middle (n, 2) of the points beside each other."""
+    x, y = (0.5 * (rows[:, names.index(f"left_{axis}")] + rows[:, names.index(f"right_{axis}")]) for axis in "xy")
+    return np.column_stack([x, y])
 
 
 def _between(table: Table, name: str, left: Floats, right: Floats, middle: Floats, limit: Floats | None, closed: bool) -> Road:

@@ -3,29 +3,35 @@
 Columns by name (`s x y psi v kappa`, with time, height or others among them; units after `_` or in brackets are left aside), or without names
 by order:
 
+    2 columns   x, y
     4 columns   x, y, psi, v
     5 columns   s, x, y, psi, v
     6 columns   s, x, y, psi, v, kappa
     7 columns   s, x, y, psi, kappa, v, a           (F1TENTH and TUM racing lines: psi from north)
                 t, s, x, y, psi, v, kappa           (where the first column is a time: it starts at 0 and s is the second)
 
-Only x, y and the height make the road. What else the table holds is kept in `Road.columns`, for comparison. A path has no borders: `lane` and
-`width` give them.
+Only x, y and the height make the road. What else the table holds is kept in `Road.columns`, for comparison; rows whose station, time or place
+breaks the order are left out, see `roads.formats.tables.order`. A path has no borders: `lane` and `width` give them, else one lane is assumed.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...crossings import crossings_of
 from ...errors import RoadError
+from ...findings import Finding
 from ...road import Road
 from .closing import SAME_PLACE, closed_key, looks_closed
 from .matlab import read_variables
+from .order import in_order
 from .table import LARGEST, read_table, shown
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -34,6 +40,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+#: Width of a lane where nothing is said, m: that of country roads (German guidelines: 3.25 to 3.5 m); a road of two lanes begins at so many m.
+STANDARD_LANE, TWO_LANES = 3.5, 5.0
 #: Names of one quantity, in lower case, without units.
 SYNONYMS = {
     "s": "s", "station": "s", "arclength": "s", "distance": "s",
@@ -51,7 +59,7 @@ UNITS = {
     "kappa": ("", "radpm", "rad/m", "1/m", "1pm"), "a": ("", "mps2", "m/s2", "m/s^2"), "t": ("", "s"),
 }  # fmt: skip
 #: Columns of a table without names, by their number.
-ORDERS = {4: "x y psi v", 5: "s x y psi v", 6: "s x y psi v kappa", 7: "s x y psi kappa v a"}
+ORDERS = {2: "x y", 4: "x y psi v", 5: "s x y psi v", 6: "s x y psi v kappa", 7: "s x y psi kappa v a"}
 TIMED = "t s x y psi v kappa"
 
 
@@ -68,20 +76,29 @@ def columns_of(names: list[str]) -> list[str] | None:
     return found if found.count("x") == 1 and found.count("y") == 1 and len(set(found)) == len(found) else None
 
 
+def names_a_line(names: list[str]) -> bool:
+    """Whether x and y are among a header's words, whatever their units."""
+    try:
+        return columns_of(names) is not None
+    except RoadError:  # units are refused by who reads the table
+        return True
+
+
 def read(path: Path, *, closed: bool | None = None, lane: float | None = None, width: float | None = None) -> Road:
     """Read a path table as a road about it.
 
     Args:
         path: CSV or .mat.
         closed: True for a circuit, False for an open road, None to let the line `# closed: true` (or `false`) tell, else the gap between its ends.
-        lane: width of the lane that the path is the middle of, m.
+        lane: width of the lane that the path is the middle of, m; see `borders_of` for what holds without.
         width: width of the whole road, m; what is left of the lane is a lane for the other direction.
 
     Raises:
         RoadError: with place, what was found and what was expected.
     """
     if path.suffix.lower() == ".mat":
-        return _road(path, *_from_mat(path), closed, lane, width)
+        columns, name = _from_mat(path)
+        return _road(path, columns, name, closed, lane, width, lambda row: f"{path}: row {row + 1}")
     return of_table(read_table(path), closed=closed, lane=lane, width=width)
 
 
@@ -95,13 +112,13 @@ def of_table(table: Table, *, closed: bool | None, lane: float | None, width: fl
         raise RoadError(f"{table.path}:{table.header}: columns {shown(table.names)}, expected x and y among them, each once")
     if closed is None:
         closed = closed_key(table.path, table.keys)
-    return _road(table.path, dict(zip(names, table.rows.T, strict=True)), table.keys.get("name"), closed, lane, width)
+    return _road(table.path, dict(zip(names, table.rows.T, strict=True)), table.keys.get("name"), closed, lane, width, table.at)
 
 
 def _by_order(path: str, rows: Floats) -> list[str]:
     count = rows.shape[1]
     if count not in ORDERS:
-        raise RoadError(f"{path}: {count} columns without names, expected 4 to 7 (see the documentation of path tables) or a header")
+        raise RoadError(f"{path}: {count} columns without names, expected 2 or 4 to 7 (see the documentation of path tables) or a header")
     if count == 7 and _is_time(rows):
         return list(TIMED.split())
     return list(ORDERS[count].split())
@@ -112,15 +129,48 @@ def _is_time(rows: Floats) -> bool:
     if len(rows) < 2:
         return False
     moved = np.hypot(*np.diff(rows[:, 2:4], axis=0).T)
-    return float(np.sum(np.abs(np.diff(rows[:, 1]) - moved))) < 0.05 * float(np.sum(moved))
+    # single rows out of order are none of this question
+    return bool(np.mean(np.abs(np.diff(rows[:, 1]) - moved) <= 0.05 * moved) > 0.8)
 
 
-def _road(path: Path, table: dict[str, Floats], name: str | None, closed: bool | None, lane: float | None, width: float | None) -> Road:
-    if lane is None or width is None:
-        raise RoadError(f"{path}: holds a path without borders, give the width of its lane and of the road (lane and width, m)")
-    if not (0.5 <= lane <= width <= 1e3):
+def borders_of(path: Path, lane: float | None, width: float | None) -> tuple[float, float, tuple[Finding, ...]]:
+    """Width of the lane and of the road, m, and what was assumed about them.
+
+    Without both: one lane of 3.5 m. With the lane alone: one lane. With the road alone: one lane below 5 m; from there on a lane of half the road, at
+    most 3.5 m, and the rest for the other direction.
+
+    Raises:
+        RoadError: widths out of range.
+    """
+    words = ""
+    if lane is None and width is None:
+        lane = width = STANDARD_LANE
+        words = f"holds a line without borders: one lane {lane:g} m wide about it is assumed; lane and width (--lane, --width, m) give others"
+    elif width is None:
+        width = lane
+    elif lane is None:
+        lane = width if width < TWO_LANES else min(STANDARD_LANE, 0.5 * width)
+        rest = f", {width - lane:g} m on its left are for the other direction" if lane < width else ""
+        words = f"holds a line without borders: a lane {lane:g} m wide about it is assumed{rest}; lane (--lane, m) gives another"
+    if lane is None or width is None or not (0.5 <= lane <= width <= 1e3):
         raise RoadError(f"{path}: lane {lane} m and width {width} m, expected 0.5 <= lane <= width <= 1000")
+    return lane, width, (Finding("note", str(path), words),) if words else ()
+
+
+def _road(
+    path: Path,
+    table: dict[str, Floats],
+    name: str | None,
+    closed: bool | None,
+    lane: float | None,
+    width: float | None,
+    place: Callable[[int], str],
+) -> Road:
+    lane, width, assumed = borders_of(path, lane, width)
     points = np.column_stack([table["x"], table["y"]])
+    order = in_order(points, table.get("s"), table.get("t"), place)
+    rows = np.flatnonzero(order.keep)
+    table, points = {key: values[rows] for key, values in table.items()}, points[rows]
     steps = np.hypot(*np.diff(points, axis=0).T)
     keep = np.append(True, steps > SAME_PLACE)
     points = points[keep]
@@ -132,7 +182,7 @@ def _road(path: Path, table: dict[str, Floats], name: str | None, closed: bool |
     edges = [(1, -0.5 * lane, 0.5 * lane)] + ([(-1, 0.5 * lane, width - 0.5 * lane)] if width - lane > 0.5 else [])
     more = {key: _frozen(values[keep]) for key, values in table.items() if key not in ("x", "y", "z")}
     try:
-        return Road.from_points(
+        made = Road.from_points(
             name or path.stem,
             points,
             -0.5 * lane,
@@ -141,9 +191,12 @@ def _road(path: Path, table: dict[str, Floats], name: str | None, closed: bool |
             height=table["z"][keep] if "z" in table else 0.0,
             lane_edges=edges,
             columns=more,
+            findings=(*order.findings, *assumed),
         )
     except RoadError as error:
         raise RoadError(f"{path}: {error}") from None
+    rows = rows[keep]
+    return replace(made, findings=made.findings + crossings_of(made, lambda point: place(int(rows[point])), refuse=False))
 
 
 def _frozen(values: Floats) -> Floats:
@@ -172,7 +225,7 @@ def _from_mat(path: Path) -> tuple[dict[str, Floats], str | None]:
     if names is None or len(lengths) != 1:
         kinds = {key: "struct" if isinstance(value, dict) else "x".join(map(str, value.shape)) for key, value in list(values.items())[:12]}
         shapes = ", ".join(f"{key} ({kind})" for key, kind in kinds.items()) or "no real numeric arrays"
-        raise RoadError(f"{path}: holds {shapes}; expected one matrix of 4 to 7 columns, or vectors of one length with x and y among them")
+        raise RoadError(f"{path}: holds {shapes}; expected one matrix of 2 or 4 to 7 columns, or vectors of one length with x and y among them")
     _refuse_bad(path, vectors)
     return dict(zip(names, vectors.values(), strict=True)), None
 

@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...crossings import crossings_of, refuse_crossing_borders
 from ...errors import RoadError
-from ...geometry.crossing import mutual_crossings, self_crossings
 from ...lane import Lane
 from ...road import Road
 from ..text import write_whole
 from .closing import SAME_PLACE, closed_key, looks_closed
+from .order import by_place
 from .table import shown
 
 if TYPE_CHECKING:
@@ -37,11 +38,6 @@ WAYS = {1: "forward", -1: "backward", 0: "both"}
 REQUIRED = ("x_m", "y_m", "w_tr_right_m", "w_tr_left_m")
 OPTIONAL = ("z_m", "speed_limit_mps", "bank_rad", "friction")
 
-#: A road may pass over itself where the levels are at least this far apart, m.
-BRIDGE_CLEARANCE = 3.0
-#: Borders that meet again further along than this belong to different parts of the road, m.
-LOCAL = 60.0
-
 
 def of_table(table: Table, *, closed: bool | None = None) -> Road:
     """A track from its table; see the module's description.
@@ -49,8 +45,10 @@ def of_table(table: Table, *, closed: bool | None = None) -> Road:
     Raises:
         RoadError: with file, line, what was found and what was expected.
     """
-    path, rows, lines, keys = table.path, table.rows, table.lines, table.keys
     columns = _columns(table)
+    order = by_place(table.rows[:, [columns.index("x_m"), columns.index("y_m")]], table.at)
+    table = table.only(order.keep)
+    path, rows, lines, keys = table.path, table.rows, table.lines, table.keys
     named = dict(zip(columns, rows.T, strict=True))
     points = np.column_stack([named["x_m"], named["y_m"]])
     steps = np.hypot(*np.diff(points, axis=0).T)
@@ -86,12 +84,14 @@ def of_table(table: Table, *, closed: bool | None = None) -> Road:
         friction=named.get("friction", 1.0),
         lane_edges=_lanes(path, keys),
         left_hand=keys.get("traffic") == "left",
+        findings=tuple(order.findings),
     )
     try:
-        _refuse_crossings(path, road, points, lines)
+        crossings = crossings_of(road, table.at)
+        refuse_crossing_borders(road, table.at)
     except RoadError as error:
         raise error if str(error).startswith(str(path)) else RoadError(f"{path}: {error}") from None
-    return road
+    return replace(road, findings=(*road.findings, *crossings))
 
 
 def write(road: Road, path: Path) -> None:
@@ -111,7 +111,7 @@ def write(road: Road, path: Path) -> None:
             )
         lanes.append(f"{WAYS[lane.direction]} {_plain(lane.right[0])} {_plain(lane.left[0])}")
     points = road.reference.position(road.s)
-    if road.drive is not None and not (np.allclose(road.drive.right, _plainest(road).right) and np.allclose(road.drive.left, _plainest(road).left)):
+    if len(road.lanes) > 1 and drives_another_lane(road):
         raise RoadError(f"{path}: track CSV cannot say which lane of {road.name} is to be driven; write .geojson")
     columns = [*REQUIRED, "z_m"]
     values = [points, -road.right, road.left, road.height]
@@ -129,6 +129,13 @@ def write(road: Road, path: Path) -> None:
     head += ["# traffic: left"] if road.left_hand else []
     head += [f"# lanes: {'; '.join(lanes)}"] if lanes else []
     write_whole(path, "\n".join([*head, "# " + ",".join(columns), *(",".join(_plain(v) for v in row) for row in table.tolist())]) + "\n")
+
+
+def drives_another_lane(road: Road) -> bool:
+    """Whether the lane to drive is not the one that a reader of the format would drive."""
+    if road.drive is None:
+        return False
+    return not (np.allclose(road.drive.right, _plainest(road).right) and np.allclose(road.drive.left, _plainest(road).left))
 
 
 def _plainest(road: Road) -> Lane:
@@ -181,19 +188,3 @@ def _road(path: Path, name: str, *arguments: Any, **options: Any) -> Road:
         return Road.from_points(name, *arguments, **options)
     except RoadError as error:
         raise RoadError(f"{path}: {error}") from None
-
-
-def _refuse_crossings(path: Path, road: Road, points: Floats, lines: list[int]) -> None:
-    """A reference that crosses itself on one level, or borders that cross each other, have no corridor."""
-    for i, j, place in self_crossings(points, closed=road.closed):
-        if abs(road.height[i] - road.height[j]) < BRIDGE_CLEARANCE:
-            raise RoadError(
-                f"{path}:{lines[j]}: the road crosses itself at ({place[0]:.1f}, {place[1]:.1f}) m, where line {lines[i]} passed on the same level"
-            )
-    tangent = road.reference.pieces.derivative(road.reference.pieces.breaks[: len(points)])
-    normal = np.column_stack([-tangent[1], tangent[0]]) / np.hypot(*tangent)[:, None]
-    edges = (points + road.left[:, None] * normal, points + road.right[:, None] * normal)
-    for i, j, place in mutual_crossings(*edges):
-        apart = abs(road.s[i] - road.s[j])
-        if min(apart, road.length - apart if road.closed else apart) < LOCAL:
-            raise RoadError(f"{path}:{lines[i]}: the borders cross at ({place[0]:.1f}, {place[1]:.1f}) m, expected left and right edge apart")

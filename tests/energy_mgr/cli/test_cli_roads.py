@@ -128,3 +128,13 @@ def test_energy_of_a_stretch_is_that_of_the_car():
     # a limit that changes is driven on both sides of the change
     limit = np.where(s < 500.0, 30 / 3.6, 50 / 3.6)
     assert cost(s, 0.0 * s, limit) == pytest.approx(0.5 * (cost(s, 0.0 * s, np.full(101, 30 / 3.6)) + flat), rel=1e-9)
+
+
+def test_info_and_check_say_what_was_assumed(capsys: pytest.CaptureFixture[str], tmp_path: Path):
+    path = samples.path_csv(tmp_path)
+    path.write_text(path.read_text() + "4999;1;0;0;0;0\n")
+    for command in ("info", "check"):
+        code, out, _ = run(capsys, command, str(path))
+        assert code == 0
+        assert f"warning: {path}:43: its station 4999 is" in out
+        assert f"note: {path}: holds a line without borders: one lane 3.5 m wide about it is assumed" in out

@@ -123,9 +123,7 @@ def test_lines_in_degrees(tmp_path: Path, make):
     assert road.name == "bend"
 
 
-def test_lines_without_borders_need_a_width(tmp_path: Path):
-    with pytest.raises(RoadError, match=r"give the width of its lane and of the road"):
-        roads.read(samples.path_csv(tmp_path), width=7.0)
+def test_a_width_out_of_range_is_refused(tmp_path: Path):
     with pytest.raises(RoadError, match=r"width 0 m, expected 0.5 to 1000"):
         roads.read(samples.gpx(tmp_path), width=0)
 

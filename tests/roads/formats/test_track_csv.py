@@ -50,10 +50,17 @@ def test_file_without_header_and_with_semicolons(tmp_path: Path, straight_rows: 
 def test_road_over_itself_on_a_bridge_is_allowed(tmp_path: Path):
     angle = np.linspace(0, 2 * np.pi, 200, endpoint=False)
     flat = [(100 * np.sin(a), 100 * np.sin(a) * np.cos(a), 4, 4) for a in angle]
-    with pytest.raises(RoadError, match="crosses itself at"):
-        roads.read(write(tmp_path / "eight.csv", flat))
+    road = roads.read(write(tmp_path / "eight.csv", flat))
+    [finding] = road.findings
+    assert finding.severity == "warning"
+    assert finding.place == f"{tmp_path / 'eight.csv'}:101"
+    assert finding.message.startswith("the road crosses itself at (0.0, 0.0) m, where line 2 passed on the same level, s = ")
+    assert "taken as a bridge" in finding.message
+    assert "column z_m" in finding.message
     bridge = [(*row, 3 * (1 + np.cos(a))) for row, a in zip(flat, angle, strict=True)]
-    assert roads.read(write(tmp_path / "bridge.csv", bridge, HEAD + ",z_m")).closed
+    made = roads.read(write(tmp_path / "bridge.csv", bridge, HEAD + ",z_m"))
+    assert made.closed
+    assert made.findings == ()
 
 
 @pytest.mark.parametrize("name", roads.shipped())
@@ -111,3 +118,13 @@ def test_files_that_are_none_are_refused(tmp_path: Path):
         roads.read(tmp_path / "bytes.csv")
     with pytest.raises(RoadError, match="no shipped road, expected a road file or one of commute, descent, handling"):
         roads.open_road("nowhere")
+
+
+def test_a_point_far_off_the_line_is_left_out_with_a_word(tmp_path: Path, straight_rows: list[tuple[float, ...]]):
+    rows = [*straight_rows[:20], (97.0, 800.0, 3.5, 3.5), *straight_rows[20:]]
+    road = roads.read(write(tmp_path / "far.csv", rows))
+    assert road.length == pytest.approx(295.0)
+    [finding] = road.findings
+    assert finding.severity == "warning"
+    assert finding.place == f"{tmp_path / 'far.csv'}:22"
+    assert "800.0 m off the rows beside it" in finding.message
