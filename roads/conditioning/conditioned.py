@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,19 +10,20 @@ import numpy as np
 from ..borders import way_along
 from ..errors import RoadError
 from ..findings import Finding, Findings
+from .closing import looks_closed
 from .heights import STEEPEST, smoothed_heights
 from .legs import Leg, legs_of
 from .line import QUIET, anchors, apart, smoothed_line
 from .progress import recorded_drive
 from .recording import Recording, astray, in_time
 from .spline import noise_of
+from .wish import Wish
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from ..recorded import Recorded
+    from ..road import Road
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.intp]
@@ -35,36 +36,6 @@ _GAP, _GAP_STEPS = 50.0, 4.0
 _CROWD, _CROWDED = 4.0, 8
 #: A point farther off than this many times the typical distance is worth a word.
 _FAR_OFF = 6.0
-
-
-@dataclass(frozen=True)
-class Wish:
-    """How a recording is to be taken.
-
-    Attributes:
-        raw: as it is; only repeated points are left out.
-        plane: root mean square distance of the recorded places from the line, m; None: found from the recording.
-        height: the same for heights, m.
-        leg: which of the ways that it consists of, from 1; None: the longest.
-
-    Raises:
-        RoadError: an accuracy or a number out of range.
-    """
-
-    raw: bool = False
-    plane: float | None = None
-    height: float | None = None
-    leg: int | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("plane", "height"):
-            value = getattr(self, name)
-            if value is not None and not 0.0 < value <= 100.0:
-                raise RoadError(f"accuracy in the {name} {value} m, expected more than 0 and at most 100")
-        if self.raw and (self.plane is not None or self.height is not None):
-            raise RoadError("raw with an accuracy, expected one of them: raw data are not smoothed")
-        if self.leg is not None and self.leg < 1:
-            raise RoadError(f"leg {self.leg}, expected 1 or more")
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,21 +57,20 @@ class Conditioned:
     findings: tuple[Finding, ...]
 
 
-def conditioned(recording: Recording, wish: Wish, closed: bool | None, looks_closed: Callable[[Floats], bool]) -> Conditioned:
+def conditioned(recording: Recording, wish: Wish, closed: bool | None) -> Conditioned:
     """The places and heights of a road out of a recording.
 
     Args:
         recording: what was recorded.
         wish: how it is to be taken.
-        closed: whether it is a circuit; None: as `looks_closed` says of its places.
-        looks_closed: see there.
+        closed: whether it is a circuit; None: as the gap between its ends suggests.
 
     Raises:
         RoadError: nothing that moved, or no such leg.
     """
     told = Findings()
     if wish.raw:
-        return _as_it_is(recording, closed, looks_closed, told)
+        return _as_it_is(recording, closed, told)
     words: list[str] = []
     recording = _sound(recording, told, words)
     if len(recording) < 2:
@@ -134,7 +104,7 @@ def conditioned(recording: Recording, wish: Wish, closed: bool | None, looks_clo
     return Conditioned(made.points, made.height, made.closed, made.recorded, tuple(told.all()))
 
 
-def _as_it_is(recording: Recording, closed: bool | None, looks_closed: Callable[[Floats], bool], told: Findings) -> Conditioned:
+def _as_it_is(recording: Recording, closed: bool | None, told: Findings) -> Conditioned:
     closed = looks_closed(_moving(recording)[0].points) if closed is None else closed
     return _from_points(recording, Wish(raw=True), closed, told, [])
 
@@ -244,3 +214,12 @@ def _drive(recording: Recording, station: Floats, length: float) -> Recorded | N
 def _summary(recording: Recording, wish: Wish, words: list[str], told: Findings) -> None:
     if words:
         told.note(recording.place, f"recorded drive of {len(recording)} points: {'; '.join(words)}")
+
+
+def with_drive(road: Road, made: Conditioned) -> Road:
+    """`road`, whose reference runs through the points of `made`, with the drive that was recorded."""
+    if made.recorded is None:
+        return road
+    ends = np.vstack([made.points, made.points[:1]]) if made.closed else made.points
+    # the curve through the points is a little longer than the way from point to point
+    return replace(road, recorded=made.recorded.laid(way_along(ends), road.reference.breaks_s))

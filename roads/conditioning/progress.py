@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Slower for at least this long is a stop: m/s, s.
 STILL, SHORTEST_STOP = 0.5, 3.0
+#: A table whose speeds between two rows are below this tells of no drive, m/s.
+_SLOWEST = 1e-3
 #: No more times describe a drive, and none closer than this, s.
 _MOST_TIMES, _CLOSEST = 50_000, 0.5
 
@@ -50,7 +52,7 @@ def from_columns(s: Floats, t: Floats | None, v: Floats | None) -> Recorded | No
     """The drive that a table of stations with exact times, or speeds, tells; None where it stands all the time or goes back."""
     if v is not None and t is None:
         mean = 0.5 * (v[1:] + v[:-1])
-        if np.any(v < 0.0) or np.any(mean <= 0.0):
+        if np.any(v < 0.0) or np.any(mean < _SLOWEST):
             return None
         t = np.concatenate([[0.0], np.cumsum(np.diff(s) / mean)])
     if t is None or len(t) < 2 or np.any(np.diff(t) <= 0.0) or np.any(np.diff(s) < 0.0):

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..conditioning.conditioned import Wish
 from ..conditioning.recording import Recording
+from ..conditioning.wish import Wish
 from ..errors import RoadError
 from ..findings import Finding
 from .geodesy import to_plane

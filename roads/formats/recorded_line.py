@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..borders import way_along
-from ..conditioning.conditioned import Wish, conditioned
+from ..conditioning.conditioned import conditioned, with_drive
+from ..conditioning.wish import Wish
+from ..crossings import crossings_of
 from ..errors import RoadError
 from ..findings import Finding
 from ..road import Road
-from .tables.closing import looks_closed
+from .tables.path_table import STANDARD_LANE, TWO_LANES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,11 +22,6 @@ if TYPE_CHECKING:
     from ..conditioning.recording import Recording
 
     Floats = NDArray[np.float64]
-
-#: Where a file knows no width the road is one lane of this width, m: the usual one of country roads.
-ASSUMED = 3.5
-#: From this width on a road has a lane for either direction, m.
-TWO_LANES = 5.0
 
 
 def road_about(recording: Recording, name: str, *, closed: bool | None, width: float | None, origin: tuple[float, float] | None, wish: Wish) -> Road:
@@ -36,12 +32,13 @@ def road_about(recording: Recording, name: str, *, closed: bool | None, width: f
     """
     findings: tuple[Finding, ...] = ()
     if width is None:
-        width = ASSUMED
-        findings = (Finding("note", recording.place, f"holds a line without borders: one lane of {ASSUMED:g} m is assumed, `width` says otherwise"),)
+        width = STANDARD_LANE
+        words = f"holds a line without borders: one lane of {STANDARD_LANE:g} m is assumed, `width` says otherwise"
+        findings = (Finding("note", recording.place, words),)
     if not 0.5 <= width <= 1e3:
         raise RoadError(f"{recording.place}: width {width} m, expected 0.5 to 1000")
     try:
-        made = conditioned(recording, wish, closed, looks_closed)
+        made = conditioned(recording, wish, closed)
         half = 0.5 * width
         lanes: list[tuple[int, float, float]] = [(1, -half, 0.0), (-1, 0.0, half)] if width >= TWO_LANES else [(1, -half, half)]
         road = Road.from_points(
@@ -49,11 +46,9 @@ def road_about(recording: Recording, name: str, *, closed: bool | None, width: f
         )
     except RoadError as error:
         raise RoadError(str(error) if str(error).startswith(recording.place) else f"{recording.place}: {error}") from None
-    if made.recorded is None:
-        return road
-    ends = np.vstack([made.points, made.points[:1]]) if made.closed else made.points
-    # the curve through the points is a little longer than the way from point to point
-    return replace(road, recorded=made.recorded.laid(way_along(ends), road.reference.breaks_s))
+    names = recording.names
+    crossed = crossings_of(road, lambda point: f"{recording.place}: {names[min(point, len(names) - 1)]}", refuse=False)
+    return with_drive(replace(road, findings=road.findings + crossed), made)
 
 
 def seconds_of(place: str, words: list[tuple[str, str]]) -> Floats:

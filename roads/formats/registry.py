@@ -10,6 +10,7 @@ from ..errors import RoadError
 if TYPE_CHECKING:
     from os import PathLike
 
+    from ..conditioning.wish import Wish
     from ..networks.network import Network
     from ..networks.routing import Cost, Place
     from ..road import Road
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
 #: Suffixes of files that hold one road, and of files that hold a network.
 ROADS = (".csv", ".txt", ".mat", ".gpx", ".geojson", ".json")
 NETWORKS = (".xodr", ".xml", ".osm")
-#: Of these, files that hold what a receiver recorded, or a drawn line.
-RECORDED = (".gpx", ".geojson", ".json")
 WRITERS = (".xodr", ".csv", ".geojson")
 
 
@@ -47,7 +46,7 @@ def read(
         start: where a route through a network begins: a position (x, y) in m, or the id of a road or lane.
         goal: where it ends.
         cost: what the route is to have least of; see `Network.route`.
-        raw: take a recorded line (GPX, GeoJSON) as it is, and not smoothed.
+        raw: take a recorded line (GPX, GeoJSON, path table) as it is, and not smoothed.
         accuracy: root mean square distance in m of recorded places from the true line, or of places and of heights; None: found from the recording.
         leg: which of the ways to read of a recorded drive that turns back on its own line or breaks off, from 1; None: the longest.
 
@@ -56,37 +55,24 @@ def read(
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    if suffix not in RECORDED and (raw or accuracy is not None or leg is not None):
-        raise RoadError(f"{path}: raw, accuracy and leg are for recorded lines ({', '.join(RECORDED)}), expected them left out")
+    plain = not raw and accuracy is None and leg is None
     if suffix in NETWORKS:
-        if width is not None or lane is not None:
-            raise RoadError(f"{path}: holds lanes with borders, leave width and lane out, which are for files without")
+        if width is not None or lane is not None or not plain:
+            raise RoadError(f"{path}: holds lanes with borders, leave width, lane, raw, accuracy and leg out, which are for files without")
         return _from_network(read_network(path), closed, road, start, goal, cost)
     if not (road is None and start is None and goal is None):
         raise RoadError(f"{path}: holds one road, a road's id or start and goal are for networks ({', '.join(NETWORKS)})")
-    if suffix in RECORDED:
-        return _recorded(path, closed=closed, width=width, lane=lane, wish=(raw, accuracy, leg))
-    return _one_road(path, suffix, closed=closed, width=width, lane=lane)
+    return _one_road(path, suffix, closed=closed, width=width, lane=lane, wish=None if plain else _wish(path, raw, accuracy, leg))
 
 
-def _recorded(
-    path: Path, *, closed: bool | None, width: float | None, lane: float | None, wish: tuple[bool, float | tuple[float, float] | None, int | None]
-) -> Road:
-    from ..conditioning.conditioned import Wish
+def _wish(path: Path, raw: bool, accuracy: float | tuple[float, float] | None, leg: int | None) -> Wish:
+    from ..conditioning.wish import Wish
 
-    if lane is not None:
-        raise RoadError(f"{path}: holds a line, give width alone; lane is for path tables")
-    raw, accuracy, leg = wish
     plane, height = accuracy if isinstance(accuracy, tuple) else (accuracy, None)
     try:
-        asked = Wish(raw, plane, height, leg)
+        return Wish(raw, plane, height, leg)
     except RoadError as error:
         raise RoadError(f"{path}: {error}") from None
-    if path.suffix.lower() == ".gpx":
-        from .gpx import read as read_it
-    else:
-        from .centre_line import read_geojson as read_it
-    return read_it(path, closed=closed, width=width, wish=asked)
 
 
 def read_network(path: str | PathLike[str]) -> Network:
@@ -155,28 +141,38 @@ def not_kept(road: Road, path: str | PathLike[str]) -> list[str]:
     return found
 
 
-def _one_road(path: Path, suffix: str, *, closed: bool | None, width: float | None, lane: float | None) -> Road:
+def _one_road(path: Path, suffix: str, *, closed: bool | None, width: float | None, lane: float | None, wish: Wish | None) -> Road:
+    if suffix in (".gpx", ".geojson", ".json"):
+        if lane is not None:
+            raise RoadError(f"{path}: holds a line, give width alone; lane is for path tables")
+        if suffix == ".gpx":
+            from .gpx import read as read_line
+        else:
+            from .centre_line import read_geojson as read_line
+        return read_line(path, closed=closed, width=width, wish=wish)
     if suffix == ".mat":
         from .tables.path_table import read as read_path
 
-        return read_path(path, closed=closed, lane=lane, width=width)
+        return read_path(path, closed=closed, lane=lane, width=width, wish=wish)
     if suffix in (".csv", ".txt"):
-        return _from_table(path, closed=closed, width=width, lane=lane)
+        return _from_table(path, closed=closed, width=width, lane=lane, wish=wish)
     raise RoadError(f"{path}: unknown road format {suffix!r}, expected one of {', '.join(ROADS + NETWORKS)}")
 
 
-def _from_table(path: Path, *, closed: bool | None, width: float | None, lane: float | None) -> Road:
+def _from_table(path: Path, *, closed: bool | None, width: float | None, lane: float | None, wish: Wish | None) -> Road:
     """A header tells cones, edges, paths and tracks apart; without one, four columns and no widths asked for mean a track."""
     from .tables import cones, edges_csv, path_table, track_csv
     from .tables.table import read_rows
 
     rows = read_rows(path)
     if (columns := cones.columns_of(rows)) is not None:
-        if width is not None or lane is not None:
-            raise RoadError(f"{path}: cones are the edges, leave width and lane out, which are for files without borders")
+        if width is not None or lane is not None or wish is not None:
+            raise RoadError(f"{path}: cones are the edges, leave width, lane, raw, accuracy and leg out, which are for files without borders")
         return cones.of_rows(rows, columns, closed=closed)
     table = rows.table()
     if table.names and edges_csv.columns_of(table.names) is not None:
+        if wish is not None:
+            raise RoadError(f"{path}: holds edges, leave raw, accuracy and leg out, which are for files without borders")
         return edges_csv.of_table(table, closed=closed)
     count = table.rows.shape[1]
     if table.names:
@@ -185,9 +181,9 @@ def _from_table(path: Path, *, closed: bool | None, width: float | None, lane: f
     else:
         is_path = lane is not None or width is not None or count == 2 or 5 <= count <= 7
     if is_path:
-        return path_table.of_table(table, closed=closed, lane=lane, width=width)
-    if width is not None or lane is not None:
-        raise RoadError(f"{path}: a track holds its widths, leave width and lane out, which are for files without borders")
+        return path_table.of_table(table, closed=closed, lane=lane, width=width, wish=wish)
+    if width is not None or lane is not None or wish is not None:
+        raise RoadError(f"{path}: a track holds its widths, leave width, lane, raw, accuracy and leg out, which are for files without borders")
     return track_csv.of_table(table, closed=closed)
 
 

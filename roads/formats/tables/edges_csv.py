@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...borders import offsets_beside
+from ...conditioning.closing import SAME_PLACE, looks_closed
 from ...crossings import crossings_of
 from ...errors import RoadError
 from ...geometry.curve import PlanarCurve, read_only
 from ...lane import Lane
 from ...road import Road
-from .closing import SAME_PLACE, closed_key, looks_closed
+from .closing import closed_key
 from .order import by_place
 from .table import shown
 

@@ -21,11 +21,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...conditioning.closing import SAME_PLACE, looks_closed
+from ...conditioning.conditioned import conditioned, with_drive
+from ...conditioning.line import QUIET
+from ...conditioning.progress import from_columns
+from ...conditioning.recording import Recording
+from ...conditioning.spline import noise_of
+from ...conditioning.wish import Wish
 from ...crossings import crossings_of
 from ...errors import RoadError
 from ...findings import Finding
 from ...road import Road
-from .closing import SAME_PLACE, closed_key, looks_closed
+from .closing import closed_key
 from .matlab import read_variables
 from .order import in_order
 from .table import LARGEST, read_table, shown
@@ -39,6 +46,9 @@ if TYPE_CHECKING:
     from .table import Table
 
     Floats = NDArray[np.float64]
+    Ints = NDArray[np.intp]
+    #: Name, right and left edge, lanes, and what is told of them.
+    Strip = tuple[str, float, float, list[tuple[int, float, float]], tuple[Finding, ...]]
 
 #: Width of a lane where nothing is said, m: that of country roads (German guidelines: 3.25 to 3.5 m); a road of two lanes begins at so many m.
 STANDARD_LANE, TWO_LANES = 3.5, 5.0
@@ -84,7 +94,7 @@ def names_a_line(names: list[str]) -> bool:
         return True
 
 
-def read(path: Path, *, closed: bool | None = None, lane: float | None = None, width: float | None = None) -> Road:
+def read(path: Path, *, closed: bool | None = None, lane: float | None = None, width: float | None = None, wish: Wish | None = None) -> Road:
     """Read a path table as a road about it.
 
     Args:
@@ -92,17 +102,18 @@ def read(path: Path, *, closed: bool | None = None, lane: float | None = None, w
         closed: True for a circuit, False for an open road, None to let the line `# closed: true` (or `false`) tell, else the gap between its ends.
         lane: width of the lane that the path is the middle of, m; see `borders_of` for what holds without.
         width: width of the whole road, m; what is left of the lane is a lane for the other direction.
+        wish: how to take a line that was recorded with noise; None: smoothed where there is noise.
 
     Raises:
         RoadError: with place, what was found and what was expected.
     """
     if path.suffix.lower() == ".mat":
         columns, name = _from_mat(path)
-        return _road(path, columns, name, closed, lane, width, lambda row: f"{path}: row {row + 1}")
-    return of_table(read_table(path), closed=closed, lane=lane, width=width)
+        return _road(path, columns, name, closed, borders_of(path, lane, width), wish, lambda row: f"{path}: row {row + 1}")
+    return of_table(read_table(path), closed=closed, lane=lane, width=width, wish=wish)
 
 
-def of_table(table: Table, *, closed: bool | None, lane: float | None, width: float | None) -> Road:
+def of_table(table: Table, *, closed: bool | None, lane: float | None, width: float | None, wish: Wish | None = None) -> Road:
     """As `read`, from a text table."""
     try:
         names = columns_of(table.names) if table.names else _by_order(str(table.path), table.rows)
@@ -112,7 +123,8 @@ def of_table(table: Table, *, closed: bool | None, lane: float | None, width: fl
         raise RoadError(f"{table.path}:{table.header}: columns {shown(table.names)}, expected x and y among them, each once")
     if closed is None:
         closed = closed_key(table.path, table.keys)
-    return _road(table.path, dict(zip(names, table.rows.T, strict=True)), table.keys.get("name"), closed, lane, width, table.at)
+    borders = borders_of(table.path, lane, width)
+    return _road(table.path, dict(zip(names, table.rows.T, strict=True)), table.keys.get("name"), closed, borders, wish, table.at)
 
 
 def _by_order(path: str, rows: Floats) -> list[str]:
@@ -162,41 +174,54 @@ def _road(
     table: dict[str, Floats],
     name: str | None,
     closed: bool | None,
-    lane: float | None,
-    width: float | None,
+    borders: tuple[float, float, tuple[Finding, ...]],
+    wish: Wish | None,
     place: Callable[[int], str],
 ) -> Road:
-    lane, width, assumed = borders_of(path, lane, width)
+    lane, width, assumed = borders
     points = np.column_stack([table["x"], table["y"]])
     order = in_order(points, table.get("s"), table.get("t"), place)
     rows = np.flatnonzero(order.keep)
     table, points = {key: values[rows] for key, values in table.items()}, points[rows]
-    steps = np.hypot(*np.diff(points, axis=0).T)
-    keep = np.append(True, steps > SAME_PLACE)
+    edges = [(1, -0.5 * lane, 0.5 * lane)] + ([(-1, 0.5 * lane, width - 0.5 * lane)] if width - lane > 0.5 else [])
+    strip = name or path.stem, -0.5 * lane, max(width - 0.5 * lane, 0.5 * lane), edges, (*order.findings, *assumed)
+    try:
+        if (wish is not None and not wish.raw) or (wish is None and noise_of(points) >= QUIET):
+            names = tuple(place(row).rpartition(":")[2].strip() for row in rows.tolist())
+            recording = Recording(str(path), points, table.get("z"), table.get("t"), table.get("v"), names)
+            return _recorded(recording, strip, closed, wish or Wish())
+        made, kept = _as_told(table, points, strip, closed)
+    except RoadError as error:
+        raise error if str(error).startswith(str(path)) else RoadError(f"{path}: {error}") from None
+    return replace(made, findings=made.findings + crossings_of(made, lambda point: place(int(rows[kept][point])), refuse=False))
+
+
+def _as_told(table: dict[str, Floats], points: Floats, strip: Strip, closed: bool | None) -> tuple[Road, Ints]:
+    """The road about the points themselves, with the table's other columns, and which of the rows are its stations."""
+    name, right, left, edges, findings = strip
+    keep = np.append(True, np.hypot(*np.diff(points, axis=0).T) > SAME_PLACE)
     points = points[keep]
     if closed is None:
         closed = looks_closed(points)
     if closed and len(points) > 1 and np.hypot(*(points[0] - points[-1])) < SAME_PLACE:
         keep[np.flatnonzero(keep)[-1]] = False
         points = points[:-1]
-    edges = [(1, -0.5 * lane, 0.5 * lane)] + ([(-1, 0.5 * lane, width - 0.5 * lane)] if width - lane > 0.5 else [])
     more = {key: _frozen(values[keep]) for key, values in table.items() if key not in ("x", "y", "z")}
-    try:
-        made = Road.from_points(
-            name or path.stem,
-            points,
-            -0.5 * lane,
-            max(width - 0.5 * lane, 0.5 * lane),
-            closed=closed,
-            height=table["z"][keep] if "z" in table else 0.0,
-            lane_edges=edges,
-            columns=more,
-            findings=(*order.findings, *assumed),
-        )
-    except RoadError as error:
-        raise RoadError(f"{path}: {error}") from None
-    rows = rows[keep]
-    return replace(made, findings=made.findings + crossings_of(made, lambda point: place(int(rows[point])), refuse=False))
+    height = table["z"][keep] if "z" in table else 0.0
+    made = Road.from_points(name, points, right, left, closed=closed, height=height, lane_edges=edges, columns=more, findings=findings)
+    s, speeds, times = made.s, more.get("v"), more.get("t")
+    if made.closed and len(s) > 1 and times is None and speeds is not None:
+        s, speeds = np.append(s, made.length), np.append(speeds, speeds[0])
+    return replace(made, recorded=from_columns(s, times, speeds)), np.flatnonzero(keep)
+
+
+def _recorded(recording: Recording, strip: Strip, closed: bool | None, wish: Wish) -> Road:
+    """The road about a line that was recorded with noise; columns that belong to single places are not kept, the drive is."""
+    name, right, left, edges, findings = strip
+    made = conditioned(recording, wish, closed)
+    findings += made.findings
+    road = Road.from_points(name, made.points, right, left, closed=made.closed, height=made.height, lane_edges=edges, findings=findings)
+    return with_drive(road, made)
 
 
 def _frozen(values: Floats) -> Floats:

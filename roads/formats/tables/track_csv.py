@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...conditioning.closing import SAME_PLACE, looks_closed
 from ...crossings import crossings_of, refuse_crossing_borders
 from ...errors import RoadError
 from ...lane import Lane
 from ...road import Road
 from ..text import write_whole
-from .closing import SAME_PLACE, closed_key, looks_closed
+from .closing import closed_key
 from .order import by_place
 from .table import shown
 

@@ -45,7 +45,7 @@ def test_plan_has_a_row_as_recorded(capsys: pytest.CaptureFixture[str], drive: P
     ("arguments", "message"),
     [
         (["commute"], "records neither times nor speeds"),
-        (["commute", "--raw"], "raw, accuracy and leg are for recorded lines"),
+        (["commute", "--raw"], "leave width, lane, raw, accuracy and leg out"),
         (["FILE", "--accuracy", "3,1,2"], "expected one distance in m, or two"),
         (["FILE", "--accuracy", "-1"], "accuracy in the plane -1.0 m"),
         (["FILE", "--leg", "4"], "leg 4 of a drive that has 1"),

@@ -21,7 +21,7 @@ def broken(monkeypatch: pytest.MonkeyPatch):
         def fail(*_: object, **__: object) -> None:
             raise error
 
-        monkeypatch.setattr("roads.formats.centre_line.read_gpx", fail)
+        monkeypatch.setattr("roads.formats.gpx.read", fail)
 
     return set_up
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from roads import RoadError, open_road
-from roads.conditioning.conditioned import Wish, conditioned
+from roads.conditioning.conditioned import conditioned
 from roads.conditioning.recording import Recording
+from roads.conditioning.wish import Wish
 from roads.formats.recorded_line import road_about
-from roads.formats.tables.closing import looks_closed
 
 from ...timing import slowness
 from .drives import Receiver, recorded
@@ -82,7 +82,7 @@ def attack(seed: int) -> str:
     start = time.process_time()
     outcome, said = "error", ""
     try:
-        made = conditioned(recording, Wish(raw=bool(rng.random() < 0.1)), None, looks_closed)
+        made = conditioned(recording, Wish(raw=bool(rng.random() < 0.1)), None)
         road = road_about(recording, "spoiled", closed=None, width=None, origin=None, wish=Wish())
         outcome = "road"
         assert np.isfinite(made.points).all()

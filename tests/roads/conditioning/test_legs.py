@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from roads import RoadError
-from roads.conditioning.conditioned import Conditioned, Wish, conditioned
+from roads.conditioning.conditioned import Conditioned, conditioned
 from roads.conditioning.legs import legs_of, turning_points
 from roads.conditioning.recording import Recording, astray, in_time
-from roads.formats.tables.closing import looks_closed
+from roads.conditioning.wish import Wish
 
 
 def recording(points: np.ndarray, time: np.ndarray | None = None) -> Recording:
@@ -15,7 +15,7 @@ def recording(points: np.ndarray, time: np.ndarray | None = None) -> Recording:
 
 
 def made(points: np.ndarray, wish: Wish | None = None) -> Conditioned:
-    return conditioned(recording(points), wish or Wish(), None, looks_closed)
+    return conditioned(recording(points), wish or Wish(), None)
 
 
 def wavy(count: int = 81, step: float = 10.0, noise: float = 0.0, seed: int = 0) -> np.ndarray:
@@ -90,7 +90,7 @@ def test_points_out_of_order_in_time_are_left_out():
     time = np.arange(81.0)
     time[[20, 21]] = [5.0, 6.0]
     assert np.flatnonzero(~in_time(recording(wavy(), time))).tolist() == [20, 21]
-    found = conditioned(recording(wavy(), time), Wish(), None, looks_closed)
+    found = conditioned(recording(wavy(), time), Wish(), None)
     assert len(found.points) == 79
     assert "point 20" in str(found.findings[0])
 

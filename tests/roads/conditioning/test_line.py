@@ -5,15 +5,15 @@ import pytest
 from scipy.spatial import cKDTree
 
 from roads import Road, RoadBuilder, open_road
-from roads.conditioning.conditioned import Conditioned, Wish, conditioned
+from roads.conditioning.conditioned import Conditioned, conditioned
 from roads.conditioning.recording import Recording
-from roads.formats.tables.closing import looks_closed
+from roads.conditioning.wish import Wish
 
 from .drives import Receiver, recorded
 
 
 def made(recording: Recording, wish: Wish | None = None, closed: bool | None = False) -> Conditioned:
-    return conditioned(recording, wish or Wish(), closed, looks_closed)
+    return conditioned(recording, wish or Wish(), closed)
 
 
 def off(points: np.ndarray, road: Road) -> np.ndarray:

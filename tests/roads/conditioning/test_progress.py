@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from roads import Recorded, RoadError, open_road
-from roads.conditioning.conditioned import Wish, conditioned
+from roads.conditioning.conditioned import conditioned
 from roads.conditioning.progress import from_columns, recorded_drive
-from roads.formats.tables.closing import looks_closed
+from roads.conditioning.wish import Wish
 
 from .drives import Receiver, driven, recorded
 
@@ -19,7 +19,7 @@ def test_speeds_are_those_that_were_driven(noise: float, off: float):
     v = np.gradient(s, t)
     missed, stood = [], []
     for seed in range(5):
-        drive = conditioned(recorded(road, Receiver(plane=noise), seed, stop), Wish(), False, looks_closed).recorded
+        drive = conditioned(recorded(road, Receiver(plane=noise), seed, stop), Wish(), False).recorded
         assert drive is not None
         assert drive.duration == pytest.approx(t[-1])
         missed.append(np.sqrt(np.mean((np.interp(t, drive.t, drive.v) - v) ** 2)))

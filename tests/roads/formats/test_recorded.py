@@ -102,7 +102,7 @@ def test_raw_accuracy_and_leg_reach_the_line(tmp_path: Path):
     assert loose.reference.squared_curvature() < tight.reference.squared_curvature()
     with pytest.raises(RoadError, match="leg 2 of a drive that has 1"):
         roads.read(path, leg=2)
-    with pytest.raises(RoadError, match="raw, accuracy and leg are for recorded lines"):
+    with pytest.raises(RoadError, match="leave width, lane, raw, accuracy and leg out"):
         roads.read(Path("x.xodr"), raw=True)
 
 
@@ -118,3 +118,38 @@ def test_geojson_tells_times_as_converters_write_them(tmp_path: Path, key: str):
     assert road.recorded is not None
     assert road.recorded.duration == 49.0
     assert road.recorded.v[5:-5] == pytest.approx(road.length / 49.0, rel=0.01)
+
+
+def table(tmp_path: Path, receiver: Receiver, *, names: str = "t,x,y,z") -> Path:
+    recording = recorded(open_road("rural"), receiver, 0, (1200.0, 20.0))
+    assert recording.time is not None
+    assert recording.height is not None
+    rows = np.column_stack([recording.time, recording.points, recording.height])
+    path = tmp_path / "drive.csv"
+    path.write_text(names + "\n" + "\n".join(",".join(f"{value:.4f}" for value in row) for row in rows))
+    return path
+
+
+def test_a_path_table_recorded_with_noise_is_smoothed(tmp_path: Path):
+    path = table(tmp_path, Receiver(2.0, 1.0))
+    road = roads.read(path)
+    assert any("line smoothed" in str(finding) for finding in road.findings)
+    assert road.recorded is not None
+    assert road.recorded.duration == pytest.approx(driven(open_road("rural"), 1.0, (1200.0, 20.0))[0][-1], abs=1.0)
+    assert road.length == pytest.approx(open_road("rural").length, rel=0.02)
+    raw = roads.read(path, raw=True)
+    assert raw.length > 1.01 * road.length
+    assert "t" in raw.columns
+
+
+def test_a_path_table_with_exact_places_keeps_them_and_its_speeds(tmp_path: Path):
+    s = np.arange(0.0, 1000.0, 5.0)
+    v = 15.0 + 5.0 * np.sin(s / 100.0)
+    rows = np.column_stack([s, 300.0 * np.sin(s / 300.0), 300.0 * (1.0 - np.cos(s / 300.0)), v])
+    path = tmp_path / "line.csv"
+    path.write_text("s,x,y,v\n" + "\n".join(",".join(f"{value:.6f}" for value in row) for row in rows))
+    road = roads.read(path)
+    assert len(road.s) == len(s)
+    assert road.recorded is not None
+    assert road.recorded.v == pytest.approx(v, abs=1e-5)
+    assert road.recorded.duration == pytest.approx(float(np.sum(5.0 * 2.0 / (v[1:] + v[:-1]))), rel=1e-3)
