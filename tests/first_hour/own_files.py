@@ -58,12 +58,15 @@ def town(folder: Path) -> None:
 
 
 def tour(folder: Path) -> None:
-    """A winding way over a hill, a point every 10 m, as a bicycle computer writes it."""
-    s = np.arange(0.0, 1500.0, 10.0)
+    """A winding way over a hill, as a telephone in a car writes it: a point every second, some metres off."""
+    rng = np.random.default_rng(7)
+    t = np.arange(0.0, 115.0)
+    s = 13.0 * t + 15.0 * np.sin(t / 9.0)
     north, height = 60.0 * np.sin(s / 200.0), 500.0 + 15.0 * np.sin(s / 400.0)
     points = [
-        f'<trkpt lat="{48.0 + y / 111_194.9:.7f}" lon="{11.0 + x / 74_500.0:.7f}"><ele>{z:.2f}</ele></trkpt>'
-        for x, y, z in zip(s, north, height, strict=True)
+        f'<trkpt lat="{48.0 + (y + a) / 111_194.9:.7f}" lon="{11.0 + (x + b) / 74_500.0:.7f}"><ele>{z + c:.1f}</ele>'
+        f"<time>2026-05-04T07:{31 + int(when) // 60}:{int(when) % 60:02d}Z</time></trkpt>"
+        for when, x, y, z, (a, b, c) in zip(t, s, north, height, rng.normal(0.0, 1.5, (len(t), 3)), strict=True)
     ]
     head = '<?xml version="1.0"?>\n<gpx version="1.1" creator="first hour" xmlns="http://www.topografix.com/GPX/1/1"><trk><name>tour</name><trkseg>\n'
     (folder / "tour.gpx").write_text(head + "\n".join(points) + "\n</trkseg></trk></gpx>\n", encoding="utf-8")
