@@ -61,6 +61,7 @@ def _heights(nodes: list[Node], place: Place, told: list[Finding]) -> Floats | N
     texts = [node.findtext("ele") for node in nodes]
     known = np.array([text is not None and bool(text.strip()) for text in texts])
     if not known.any():
+        told.append(Finding("note", str(place.path), "records no heights (ele): the road is taken as level"))
         return None
     heights = np.array([place.float(node, "ele", text) if text and text.strip() else np.nan for node, text in zip(nodes, texts, strict=True)])
     if not known.all():
