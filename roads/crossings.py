@@ -32,6 +32,8 @@ LOCAL = 60.0
 _CLEAR = np.radians(20.0)
 #: Crossings closer than this along both passages are one, m.
 _SAME = 1e-3
+#: A line that crosses itself more often is no road.
+_MOST = 300
 #: Crossings that are named one by one.
 _NAMED = 5
 
@@ -128,6 +130,9 @@ def _crossings(road: Road) -> list[Crossing]:
         # in a point of the line all segments that meet there cross
         if not any(_near(road, made, other, _SAME) for other in found[-8:]):
             found.append(made)
+        if len(found) > _MOST:
+            x, y = found[0].place
+            raise RoadError(f"the line crosses itself more than {_MOST} times, first at ({x:z.1f}, {y:z.1f}) m, expected a road")
     return found
 
 

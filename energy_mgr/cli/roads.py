@@ -19,7 +19,7 @@ def roads_group() -> None:
     """Look at road files, check and convert them, find routes through networks.
 
     FILE is a shipped road (commute, rural, descent, handling, roundabout) or a file: OpenDRIVE .xodr, CommonRoad .xml, SUMO .net.xml, Lanelet2
-    .osm, GPX, GeoJSON, or CSV (track, edges, path table), path table .mat.
+    .osm, GPX, GeoJSON, or CSV (track, edges, cones, path table), path table .mat.
     """
 
 
