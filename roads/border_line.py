@@ -178,8 +178,8 @@ def _turning_words(corridor: Corridor, start: float, end: float) -> str:
     at = start if start + 0.5 >= end else float(look[np.argmax(kappa)]) % reference.length
     x, y = reference.position(at)
     return (
-        f"{corridor.name}: the road's line turns back on itself near s = {at:.1f} m, at ({x:.1f}, {y:.1f}) m: by {turn:.0f} degrees within "
-        f"{look[-1] - look[0]:.1f} m, with a radius down to {1.0 / max(float(np.max(kappa)), 1e-9):.2g} m; expected a line that a car can follow"
+        f"{corridor.name}: the road's line turns back on itself near s = {at:z.1f} m, at ({x:z.1f}, {y:z.1f}) m: by {turn:z.0f} degrees within "
+        f"{look[-1] - look[0]:z.1f} m, with a radius down to {1.0 / max(float(np.max(kappa)), 1e-9):.2g} m; expected a line that a car can follow"
     )
 
 

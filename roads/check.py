@@ -67,7 +67,7 @@ def look(road: Road, place: str, findings: Findings) -> None:
     kappa = np.abs(road.reference.curvature(s))
     at = int(np.argmax(kappa))
     if kappa[at] > 1.0 / TIGHTEST:
-        findings.warn(f"{place} at s = {s[at]:.1f} m", f"bends with a radius of {1.0 / kappa[at]:.2f} m, expected at least {TIGHTEST:g} m")
+        findings.warn(f"{place} at s = {s[at]:z.1f} m", f"bends with a radius of {1.0 / kappa[at]:z.2f} m, expected at least {TIGHTEST:g} m")
     try:
         refuse_turning_back(road.corridor("road"))
     except RoadError as error:
@@ -75,11 +75,11 @@ def look(road: Road, place: str, findings: Findings) -> None:
     slope = road.slope_at(s)
     at = int(np.argmax(np.abs(slope)))
     if abs(slope[at]) > STEEPEST:
-        findings.warn(f"{place} at s = {s[at]:.1f} m", f"slope of {100.0 * slope[at]:.1f} %, expected at most {100.0 * STEEPEST:.0f} %")
+        findings.warn(f"{place} at s = {s[at]:z.1f} m", f"slope of {100.0 * slope[at]:z.1f} %, expected at most {100.0 * STEEPEST:z.0f} %")
     change = np.abs(np.diff(slope))
     at = int(np.argmax(change))
     if change[at] > KINK:
-        findings.warn(f"{place} at s = {s[at]:.1f} m", f"the slope changes by {100.0 * change[at]:.1f} % within a metre, expected a smooth profile")
+        findings.warn(f"{place} at s = {s[at]:z.1f} m", f"the slope changes by {100.0 * change[at]:z.1f} % within a metre, expected a smooth profile")
     try:
         lane = road.driving_lane()
     except RoadError as error:
@@ -88,4 +88,4 @@ def look(road: Road, place: str, findings: Findings) -> None:
     width = lane.left - lane.right
     at = int(np.argmin(width))
     if width[at] < NARROWEST:
-        findings.warn(f"{place} at s = {road.s[at]:.1f} m", f"the lane to drive is {width[at]:.2f} m wide, expected at least {NARROWEST:g} m")
+        findings.warn(f"{place} at s = {road.s[at]:z.1f} m", f"the lane to drive is {width[at]:z.2f} m wide, expected at least {NARROWEST:g} m")

@@ -32,6 +32,8 @@ LOCAL = 60.0
 _CLEAR = np.radians(20.0)
 #: Crossings closer than this along both passages are one, m.
 _SAME = 1e-3
+#: A line that crosses itself more often is no road.
+_MOST = 300
 #: Crossings that are named one by one.
 _NAMED = 5
 
@@ -100,7 +102,7 @@ def refuse_crossing_borders(road: Road, place: Callable[[int], str]) -> None:
     edges = (points + road.left[:, None] * normal, points + road.right[:, None] * normal)
     for i, j, where in mutual_crossings(*edges):
         if _apart(road, abs(float(road.s[i] - road.s[j]))) < LOCAL:
-            raise RoadError(f"{place(i)}: the borders cross at ({where[0]:.1f}, {where[1]:.1f}) m, expected left and right edge apart")
+            raise RoadError(f"{place(i)}: the borders cross at ({where[0]:z.1f}, {where[1]:z.1f}) m, expected left and right edge apart")
 
 
 def _points(road: Road) -> tuple[Floats, Floats]:
@@ -128,6 +130,9 @@ def _crossings(road: Road) -> list[Crossing]:
         # in a point of the line all segments that meet there cross
         if not any(_near(road, made, other, _SAME) for other in found[-8:]):
             found.append(made)
+        if len(found) > _MOST:
+            x, y = found[0].place
+            raise RoadError(f"the line crosses itself more than {_MOST} times, first at ({x:z.1f}, {y:z.1f}) m, expected a road")
     return found
 
 
@@ -144,13 +149,13 @@ def _apart(road: Road, way: float) -> float:
 def _fold(road: Road, crossing: Crossing, every: list[Crossing]) -> str:
     """Why a crossing is a fold; empty if it is none."""
     if crossing.apart < LOCAL:
-        return f"it folds, {crossing.apart:.0f} m of road are too little to come round; expected a line that does not turn back on itself"
+        return f"it folds, {crossing.apart:z.0f} m of road are too little to come round; expected a line that does not turn back on itself"
     if crossing.angle < _CLEAR:
         return "it folds, passages beside each other cannot be told apart (laps, or a way out and back, in one file?); expected one passage"
     reach = _half_width(road, crossing.s) * 2.0 / np.sin(crossing.angle)
     for other in every:
         if other is not crossing and _near(road, crossing, other, reach):
-            return f"it folds, it crosses the same passage again at ({other.place[0]:.1f}, {other.place[1]:.1f}) m; expected one crossing"
+            return f"it folds, it crosses the same passage again at ({other.place[0]:z.1f}, {other.place[1]:z.1f}) m; expected one crossing"
     return ""
 
 
@@ -164,6 +169,6 @@ def _words(crossing: Crossing, place: Callable[[int], str]) -> str:
     before = place(crossing.first).rpartition(":")[2].strip()
     before = f"line {before}" if before.isdigit() else before
     return (
-        f"the road crosses itself at ({x:.1f}, {y:.1f}) m, where {before} passed on the same level, s = {crossing.s[0]:.1f} and "
-        f"{crossing.s[1]:.1f} m, at {np.degrees(crossing.angle):.0f} degrees"
+        f"the road crosses itself at ({x:z.1f}, {y:z.1f}) m, where {before} passed on the same level, s = {crossing.s[0]:z.1f} and "
+        f"{crossing.s[1]:z.1f} m, at {np.degrees(crossing.angle):z.0f} degrees"
     )

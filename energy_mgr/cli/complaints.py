@@ -45,7 +45,7 @@ def fault_words(error: BaseException, group: click.Group, arguments: list[str]) 
     """
     about = f"{_command(group, arguments)}: "
     if isinstance(error, MemoryError):
-        return _line(f"{about}more memory is needed than there is; try a shorter road, or a coarser one (`energy-mgr roads convert --spacing`)")
+        return _line(f"{about}more memory is needed than there is; try a shorter road, or one with fewer points")
     kind = type(error).__name__
     what = f"{kind} at {_place(error)}" + (f": {text}" if (text := str(error)[:_LONGEST]) else "")
     asked = f"; {TRACEBACK}=1 shows where it comes from" if not wants_traceback() else ""

@@ -23,7 +23,7 @@ class ProgressLine:
         if now - self._started < 1.0 or now - self._shown < (_TERMINAL if self._live else _LOG):
             return
         self._shown = now
-        text = f"{now - self._started:5.1f} s  {message}"
+        text = f"{now - self._started:z5.1f} s  {message}"
         if self._live:
             sys.stderr.write(f"\r\x1b[2K{text}")
             self._open = True

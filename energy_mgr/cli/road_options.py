@@ -52,8 +52,8 @@ _OPTIONS = (
     click.option("--to", "goal", type=PlaceType(), help="Network: where the route ends."),
     None,  # the cost of a route, whose name is not the same everywhere
     click.option("--width", type=float, help="Width of the road in m, for files that hold a line only (GPX, GeoJSON, path tables)."),
-    click.option("--lane", type=float, help="Width of the lane in m about the line of a path table."),
-    click.option("--raw", is_flag=True, help="Recorded line (GPX, GeoJSON): take it as it is, unsmoothed."),
+    click.option("--lane", type=float, help="Width of the lane in m about the line of a path table; without any width it is 3.5 m."),
+    click.option("--raw", is_flag=True, help="Recorded line (GPX, GeoJSON, path table): take it as it is, unsmoothed."),
     click.option(
         "--accuracy",
         type=AccuracyType(),

@@ -19,7 +19,7 @@ def roads_group() -> None:
     """Look at road files, check and convert them, find routes through networks.
 
     FILE is a shipped road (commute, rural, descent, handling, roundabout) or a file: OpenDRIVE .xodr, CommonRoad .xml, SUMO .net.xml, Lanelet2
-    .osm, GPX, GeoJSON, or CSV (track, edges, path table), path table .mat.
+    .osm, GPX, GeoJSON, or CSV (track, edges, cones, path table), path table .mat.
     """
 
 
@@ -82,15 +82,15 @@ def convert_command(
         if smooth is not None:
             made, report = smoothed(made, smooth)
             click.echo(
-                f"smoothed: largest deviation {report.largest_left:.3f} m left, {report.largest_right:.3f} m right, rms {report.rms_left:.3f} m "
-                f"left, {report.rms_right:.3f} m right (bound {smooth:g} m); integral of squared curvature "
+                f"smoothed: largest deviation {report.largest_left:z.3f} m left, {report.largest_right:z.3f} m right, rms {report.rms_left:z.3f} m "
+                f"left, {report.rms_right:z.3f} m right (bound {smooth:g} m); integral of squared curvature "
                 f"{report.squared_curvature_before:.4g} -> {report.squared_curvature_after:.4g} 1/m"
             )
         if spacing is not None:
             made = made.resampled(spacing)
         roads.write(made, out)
     lost = not_kept(made, out)
-    click.echo(f"written: {out} ({made.length:.1f} m)" + (f"; not kept: {'; '.join(lost)}" if lost else ""))
+    click.echo(f"written: {out} ({made.length:z.1f} m)" + (f"; not kept: {'; '.join(lost)}" if lost else ""))
 
 
 @roads_group.command("show")

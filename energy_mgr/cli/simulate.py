@@ -123,7 +123,7 @@ def simulate_command(
     click.echo("\nwritten: " + ", ".join(str(file) for file in files))
     if drive.outcome != "arrived":
         way = float(drive.columns["s_m"][-1] - trajectory.s[0])
-        click.echo(f"energy-mgr: {OUTCOMES[drive.outcome]}, after {drive.duration:.1f} s at {way:.0f} of {trajectory.length:.0f} m", err=True)
+        click.echo(f"energy-mgr: {OUTCOMES[drive.outcome]}, after {drive.duration:z.1f} s at {way:z.0f} of {trajectory.length:z.0f} m", err=True)
         context.exit(NOT_ARRIVED)
 
 

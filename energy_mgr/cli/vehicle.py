@@ -85,7 +85,7 @@ def cycle_command(cycle: str, name: str, soc: float, until_empty: bool, out: Pat
         if out is not None:
             check_suffix(out)
         found, fastest = cycles.load(cycle), vehicle.limits.speed_max_mps
-        title = found.name + (f", at most {3.6 * fastest:.0f} km/h" if np.max(found.v) > fastest else "")
+        title = found.name + (f", at most {3.6 * fastest:z.0f} km/h" if np.max(found.v) > fastest else "")
         try:
             ledger = charge_over_cycle(vehicle, found.t, np.minimum(found.v, fastest), soc=soc, until="empty" if until_empty else "once")
         except VehicleError as error:

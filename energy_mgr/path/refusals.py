@@ -38,6 +38,6 @@ def refuse_narrow(corridor: Corridor) -> None:
         right, left = corridor.borders(s)
         oblique = " (the borders are oblique there)" if float(left - right) > 2 * corridor.margin else ""
         raise InfeasibleError(
-            f"{corridor.name}: the corridor is narrower than the car with its margins at s = {s:.1f} m: "
-            f"{float(left - right):.2f} m wide, needs {2 * corridor.margin + LEAST_WIDTH - min(width, 0.0) * bool(oblique):.2f} m{oblique}"
+            f"{corridor.name}: the corridor is narrower than the car with its margins at s = {s:z.1f} m: "
+            f"{float(left - right):z.2f} m wide, needs {2 * corridor.margin + LEAST_WIDTH - min(width, 0.0) * bool(oblique):z.2f} m{oblique}"
         )

@@ -54,6 +54,12 @@ def edges(folder: Path) -> Path:
     return _written(folder / "edges.csv", "# name: bend\nleft_x_m,left_y_m,right_x_m,right_y_m,left_z_m,right_z_m\n" + rows + "\n")
 
 
+def cones(folder: Path) -> Path:
+    _, _, left, right = points()
+    rows = [f"{x:.3f},{y:.3f},{word}" for word, line in (("blue", left), ("yellow", right[::2])) for x, y in line]
+    return _written(folder / "cones.csv", "x,y,color\n" + "\n".join(rows) + "\n")
+
+
 def path_columns() -> dict[str, np.ndarray]:
     road, place, _, _ = points()
     s = np.linspace(0.0, road.length, len(place))

@@ -79,6 +79,14 @@ def test_folds_are_refused_with_the_place(points: np.ndarray, half: float, words
     assert len(found) <= 5
 
 
+def test_a_tangle_is_no_road():
+    road = Road.from_points("x", np.cumsum(np.random.default_rng(2).normal(size=(20_000, 2)), axis=0), -3.0, 3.0)
+    with pytest.raises(RoadError, match="x: the line crosses itself more than 300 times"):
+        crossings_of(road, place)
+    [finding] = crossings_of(road, place, refuse=False)
+    assert "more than 300 times" in finding.message
+
+
 def test_heights_tell(tmp_path: Path):
     points, height = eight(), 2.0 * (1.0 - np.cos(2.0 * np.pi * np.arange(320) / 320))
     for scale, count in ((1.0, 0), (0.5, 1)):

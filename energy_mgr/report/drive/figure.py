@@ -93,11 +93,11 @@ def event_places(drive: Drive) -> list[tuple[int, str]]:
 def _title(drive: Drive, plan: Plan | None) -> str:
     how = ", ".join(str(drive.options[key]) for key in ("follower", "allocator") if key in drive.options)
     energy, planned = drive.drive_energy, planned_energy(drive, plan)
-    more = f" ({100.0 * (energy / planned - 1.0):+.1f} %)" if planned > 0.0 else f" (planned {planned / KWH:.4f} kWh)"
+    more = f" ({100.0 * (energy / planned - 1.0):+z.1f} %)" if planned > 0.0 else f" (planned {planned / KWH:z.4f} kWh)"
     return (
         f"{drive.trajectory.name}, {drive.vehicle.name}{': ' + how if how else ''}; {OUTCOMES.get(drive.outcome, drive.outcome).split(':')[0]}\n"
-        f"{drive.journey_time:.1f} s (planned {planned_time(drive):.1f} s), {energy / KWH:.4f} kWh{more} for the drives, "
-        f"offset {100.0 * drive.offset_rms:.1f} cm rms, {100.0 * drive.offset_max:.1f} cm at most"
+        f"{drive.journey_time:z.1f} s (planned {planned_time(drive):z.1f} s), {energy / KWH:z.4f} kWh{more} for the drives, "
+        f"offset {100.0 * drive.offset_rms:z.1f} cm rms, {100.0 * drive.offset_max:z.1f} cm at most"
     )
 
 
@@ -181,7 +181,7 @@ def _draw_worst(axes: Axes, drive: Drive, edges: Sequence[Floats]) -> None:
     axes.set_ylabel("y in m")
     axes.yaxis.set_label_coords(-0.125, 0.5)
     at = drive["s_m"][worst] - line.s[0]
-    axes.set_title(f"largest offset (square in the map), {100.0 * drive.offset_max:.1f} cm at {at:.0f} m", pad=3)
+    axes.set_title(f"largest offset (square in the map), {100.0 * drive.offset_max:z.1f} cm at {at:z.0f} m", pad=3)
 
 
 def _near(points: Floats, centre: Floats) -> Floats:

@@ -80,7 +80,7 @@ class Scene:
             dot.set_data([across[row]], [up[row]])
         t = float(drive["t_s"][row])
         faster = "" if abs(self.rate - 1.0) < 0.05 else f"   ({self.rate:.2g}×)"
-        self._clock.set_text(f"{t:7.2f} s   {KMH * drive['v_x_mps'][row]:5.1f} km/h{faster}")
+        self._clock.set_text(f"{t:z7.2f} s   {KMH * drive['v_x_mps'][row]:z5.1f} km/h{faster}")
         begun = sum(at <= t for at, _ in self._events)
         self._event.set_text(event_words(self._events[begun - 1][1]) if begun else "")
 

@@ -113,14 +113,15 @@ def drive_table(drive: Drive, plan: Plan | None = None) -> str:
     how = ", ".join(f"{key} {options[key]}" for key in ("follower", "allocator", "cost", "sensors") if key in options)
     return "\n".join(
         [
-            f"{line.name}: {driven:.0f} of {line.length:.0f} m, {drive.vehicle.name}" + (f", {how}" if how else ""),
+            f"{line.name}: {driven:z.0f} of {line.length:z.0f} m, {drive.vehicle.name}" + (f", {how}" if how else ""),
             f"outcome        {OUTCOMES.get(drive.outcome, drive.outcome)}",
-            f"time           {drive.journey_time:.2f} s, planned {planned_time(drive):.2f} s{_so_far(drive)}; {drive.duration:.2f} s were simulated",
+            f"time           {drive.journey_time:z.2f} s, planned {planned_time(drive):z.2f} s{_so_far(drive)}; "
+            f"{drive.duration:z.2f} s were simulated",
             *_energy_lines(drive, plan),
             f"tracking       offset {_length(drive.offset_rms)} rms, {_length(drive.offset_max)} at most",
             f"jitter         {_jitter(drive)}",
             *_trouble_lines(drive),
-            f"speed          {drive.duration / drive.wall:.1f} times real time; a step of the manager takes {_step(drive)}",
+            f"speed          {drive.duration / drive.wall:z.1f} times real time; a step of the manager takes {_step(drive)}",
             "",
             *_account_lines(drive, plan),
         ]
@@ -137,14 +138,14 @@ def event_words(event: Event) -> str:
 
 def _energy_lines(drive: Drive, plan: Plan | None) -> list[str]:
     energy, planned = drive.drive_energy, planned_energy(drive, plan)
-    share = f", {100.0 * (energy / planned - 1.0):+.2f} %" if planned > 0.0 else ""
-    missing = f"; {drive.ledger.unserved / KWH:.4f} kWh more than it could give" if drive.ledger.unserved > 0.0 else ""
+    share = f", {100.0 * (energy / planned - 1.0):+z.2f} %" if planned > 0.0 else ""
+    missing = f"; {drive.ledger.unserved / KWH:z.4f} kWh more than it could give" if drive.ledger.unserved > 0.0 else ""
     soc, per = drive.columns["soc"], drive.ledger.energy
-    beyond = [f"{name} for {seconds:.1f} s" for name, seconds in drive.ledger.outside.items() if seconds > 0.0]
+    beyond = [f"{name} for {seconds:z.1f} s" for name, seconds in drive.ledger.outside.items() if seconds > 0.0]
     return [
-        f"drives         {energy / KWH:.4f} kWh, planned {planned / KWH:.4f} kWh{_so_far(drive)} ({(energy - planned) / KWH:+.4f} kWh{share})",
-        f"battery        {drive.battery_energy / KWH:.4f} kWh at its terminals, {(per['auxiliary'] + per['converter']) / KWH:.4f} of them for "
-        f"auxiliaries; state of charge {100.0 * soc[0]:.2f} % to {100.0 * soc[-1]:.2f} %{missing}",
+        f"drives         {energy / KWH:z.4f} kWh, planned {planned / KWH:z.4f} kWh{_so_far(drive)} ({(energy - planned) / KWH:+z.4f} kWh{share})",
+        f"battery        {drive.battery_energy / KWH:z.4f} kWh at its terminals, {(per['auxiliary'] + per['converter']) / KWH:z.4f} of them for "
+        f"auxiliaries; state of charge {100.0 * soc[0]:z.2f} % to {100.0 * soc[-1]:z.2f} %{missing}",
         *([f"               beyond the cell's limits: {', '.join(beyond)}"] if beyond else []),
     ]
 
@@ -154,13 +155,13 @@ def _so_far(drive: Drive) -> str:
 
 
 def _length(metres: float) -> str:
-    return f"{100.0 * metres:.1f} cm" if metres < 1.0 else f"{metres:.2f} m"
+    return f"{100.0 * metres:z.1f} cm" if metres < 1.0 else f"{metres:z.2f} m"
 
 
 def _jitter(drive: Drive) -> str:
     if math.isnan(drive.torque_jitter):
         return "no stretch of constant driving to tell it by"
-    return f"commands change by {drive.torque_jitter:.1f} Nm/s and {drive.steering_jitter:.4f} rad/s rms (torques, steering) in constant driving"
+    return f"commands change by {drive.torque_jitter:z.1f} Nm/s and {drive.steering_jitter:z.4f} rad/s rms (torques, steering) in constant driving"
 
 
 def _trouble_lines(drive: Drive) -> list[str]:
@@ -175,17 +176,17 @@ def _trouble_lines(drive: Drive) -> list[str]:
 
 def _listed(title: str, rows: list[tuple[float, str]]) -> list[str]:
     """Times with words, as many as a person reads."""
-    lines = [f"{title if k == 0 else '':15}{t:.2f} s: {words}" for k, (t, words) in enumerate(rows[:_MOST])]
+    lines = [f"{title if k == 0 else '':15}{t:z.2f} s: {words}" for k, (t, words) in enumerate(rows[:_MOST])]
     return lines + ([f"{'':15}and {len(rows) - _MOST} more"] if len(rows) > _MOST else [])
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.1f} %" if share > 5e-4 else "< 0.1 %"
+    return f"{100.0 * share:z.1f} %" if share > 5e-4 else "< 0.1 %"
 
 
 def _step(drive: Drive) -> str:
     times = 1e3 * np.asarray(drive.step_time)
-    return f"{np.median(times):.2f} ms (median), {np.percentile(times, 99.0):.2f} ms (99 %)"
+    return f"{np.median(times):z.2f} ms (median), {np.percentile(times, 99.0):z.2f} ms (99 %)"
 
 
 def _account_lines(drive: Drive, plan: Plan | None) -> list[str]:
@@ -203,7 +204,7 @@ def _account_lines(drive: Drive, plan: Plan | None) -> list[str]:
 
 def _shown(value: float) -> str:
     """Four digits; no minus before a zero."""
-    return f"{value if abs(value) >= 5e-5 else 0.0:.4f}"
+    return f"{value if abs(value) >= 5e-5 else 0.0:z.4f}"
 
 
 def _reasons(drive: Drive, rows: list[Row], total: Row, planned: float, scale: tuple[str, float]) -> list[str]:
@@ -213,7 +214,7 @@ def _reasons(drive: Drive, rows: list[Row], total: Row, planned: float, scale: t
     large = sorted((row for row in rows if abs(row.more) > size and row.name != "rest"), key=lambda row: -abs(row.more))
     lines = []
     if large:
-        lines.append("The difference: " + ", ".join(f"{row.name} {row.more / joules:+.4f}" for row in large[:5]) + f" {unit}.")
+        lines.append("The difference: " + ", ".join(f"{row.name} {row.more / joules:+z.4f}" for row in large[:5]) + f" {unit}.")
     unknown = [row.name for row in large if row.name in ("tyre slip", "steering", "suspension")]
     if unknown:
         words = "is" if len(unknown) == 1 else "are"
@@ -221,7 +222,7 @@ def _reasons(drive: Drive, rows: list[Row], total: Row, planned: float, scale: t
     if rows and rows[-1].name == "rest" and abs(rows[-1].drive) > size:
         lines.append("The rest was drawn since the battery's last step and is on no account yet.")
     if abs(total.plan - planned) > 0.01 * abs(planned):
-        lines.append(f"The trajectory's own power adds up to {planned / KWH:.4f} kWh: planned for another car, with friction brakes, or otherwise.")
+        lines.append(f"The trajectory's own power adds up to {planned / KWH:z.4f} kWh: planned for another car, with friction brakes, or otherwise.")
     if drive.outcome != "arrived":
         lines.append("The plan's account is that of the part of the way that was driven.")
     return lines

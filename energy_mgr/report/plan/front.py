@@ -23,15 +23,15 @@ _COLUMNS = ("time_s", "energy_kwh", "later_percent", "less_percent", "price_w", 
 def front_table(front: Front, limits: SpeedLimits, length: float) -> str:
     """One line per drive: time, energy, both against the fastest drive, price of a second, proven gap, top speed."""
     lines = [
-        f"{limits.name}: {length:.0f} m of path, {limits.vehicle.name}, {len(limits.s)} stations",
+        f"{limits.name}: {length:z.0f} m of path, {limits.vehicle.name}, {len(limits.s)} stations",
         "",
         f"{'time s':>9}{'energy kWh':>12}{'later %':>9}{'less energy %':>15}{'price W':>11}{'gap':>9}{'top km/h':>10}",
     ]
     for row in _rows(front):
         time, energy, later, less, price, gap, top, _ = row
-        shown = f"{less:15.2f}" if np.isfinite(less) else f"{'-':>15}"
-        cost = f"{price:11.0f}" if np.isfinite(price) else f"{'-':>11}"
-        lines.append(f"{time:9.2f}{energy:12.5f}{later:9.2f}{shown}{cost}{gap:9.0e}{3.6 * top:10.1f}")
+        shown = f"{less:z15.2f}" if np.isfinite(less) else f"{'-':>15}"
+        cost = f"{price:z11.0f}" if np.isfinite(price) else f"{'-':>11}"
+        lines.append(f"{time:z9.2f}{energy:z12.5f}{later:z9.2f}{shown}{cost}{gap:9.0e}{3.6 * top:z10.1f}")
     return "\n".join(lines)
 
 
@@ -90,7 +90,7 @@ def draw_front(front: Front, limits: SpeedLimits, file: str | PathLike[str], *, 
         for k, colour in zip(chosen, colours, strict=False):
             profile = front.profiles[k]
             left.plot(front.journey_time[k], front.energy[k] / KWH, marker="o", markersize=6, color=colour)
-            right.plot(profile.s / 1e3, 3.6 * profile.v, color=colour, linewidth=1.0, label=f"{profile.journey_time:.0f} s")
+            right.plot(profile.s / 1e3, 3.6 * profile.v, color=colour, linewidth=1.0, label=f"{profile.journey_time:z.0f} s")
         left.set_xlabel("journey time in s")
         left.set_ylabel("energy in kWh")
         left.set_title(f"{limits.name}, {limits.vehicle.name}")

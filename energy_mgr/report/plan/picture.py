@@ -78,11 +78,11 @@ class PlanPicture:
         """The picture of `plan`."""
         at, on_path = _sharpest(plan)
         saved = plan.saving_percent
-        change = f"{saved:.1f} % less energy" if saved is not None else f"{plan.baseline.energy_kwh - plan.energy_kwh:.4f} kWh less"
+        change = f"{saved:z.1f} % less energy" if saved is not None else f"{plan.baseline.energy_kwh - plan.energy_kwh:z.4f} kWh less"
         return cls(
-            map_title=f"{plan.road.name}, {plan.road.length / 1000.0:.2f} km",
-            bend_title=f"sharpest bend (square in the map), at {at:.0f} m",
-            title=f"{plan.journey_time:.1f} s, {plan.energy_kwh:.4f} kWh: {change} than the baseline ({plan.baseline.journey_time:.1f} s)",
+            map_title=f"{plan.road.name}, {plan.road.length / 1000.0:z.2f} km",
+            bend_title=f"sharpest bend (square in the map), at {at:z.0f} m",
+            title=f"{plan.journey_time:z.1f} s, {plan.energy_kwh:z.4f} kWh: {change} than the baseline ({plan.baseline.journey_time:z.1f} s)",
             road=_lines(plan, _stations(plan.road.length, plan.road.length / 4000.0)),
             bend=tuple(_lines(plan, piece) for piece in _around(plan, at)),
             start=plan.chosen.path.curve.position(0.0),

@@ -32,15 +32,16 @@ def comparison_table(plan: Plan) -> str:
     if not any(run is plan.chosen for _, run in rows):
         rows.append(("this plan", plan.chosen))
     lines = [
-        f"{road.name}: {road.length:.0f} m, {'closed' if road.closed else 'open'}, {plan.vehicle.name}, corridor {plan.corridor}, "
+        f"{road.name}: {road.length:z.0f} m, {'closed' if road.closed else 'open'}, {plan.vehicle.name}, corridor {plan.corridor}, "
         f"margin {plan.margin:g} m",
-        f"path: integral of squared curvature {path.cost_centre:.4f} -> {path.cost:.4f} 1/m, {path.status}, "
-        f"{'proven inside everywhere' if path.certified else 'not proven inside'}, {path.knots} knots, {path.iterations} QPs, {path.solve_ms:.0f} ms",
+        f"path: integral of squared curvature {path.cost_centre:z.4f} -> {path.cost:z.4f} 1/m, {path.status}, "
+        f"{'proven inside everywhere' if path.certified else 'not proven inside'}, {path.knots} knots, {path.iterations} QPs, "
+        f"{path.solve_ms:z.0f} ms",
         "",
         f"{'':28}{'time s':>9}{'energy kWh':>12}{'saved kWh':>11}{'saved %':>9}",
         *(_row(label, run, plan.baseline, run is plan.chosen) for label, run in rows),
         "",
-        "energy of the plan in kWh: " + ", ".join(f"{spoken(name)} {value / KWH:.4f}" for name, value in plan.chosen.ledger.components.items()),
+        "energy of the plan in kWh: " + ", ".join(f"{spoken(name)} {value / KWH:z.4f}" for name, value in plan.chosen.ledger.components.items()),
         *_notes(plan),
     ]
     return "\n".join(lines)
@@ -52,7 +53,8 @@ def _row(label: str, run: Run | None, baseline: Run, chosen: bool) -> str:
         return f"{mark}{label:26}{'-':>9}   cannot arrive by then"
     saved = (baseline.ledger.total - run.ledger.total) / KWH
     percent = saving_percent(run, baseline)
-    return f"{mark}{label:26}{run.journey_time:9.2f}{run.energy_kwh:12.4f}{saved:11.4f}" + (f"{percent:9.2f}" if percent is not None else f"{'-':>9}")
+    share = f"{percent:z9.2f}" if percent is not None else f"{'-':>9}"
+    return f"{mark}{label:26}{run.journey_time:z9.2f}{run.energy_kwh:z12.4f}{saved:z11.4f}{share}"
 
 
 def _notes(plan: Plan) -> list[str]:
@@ -68,17 +70,17 @@ def _notes(plan: Plan) -> list[str]:
     if np.isfinite(profile.lower_bound):
         least = "the least there is" if profile.gap < 1e-6 else f"proven to be within {100.0 * profile.gap:.2g} % of the least"
         where = f"on this path, in this time and with stations {np.max(np.diff(profile.s)):.2g} m apart"
-        notes.append(f"Speed: {profile.method}, {profile.status}, {profile.solve_ms:.0f} ms; {where} the energy is {least}.")
+        notes.append(f"Speed: {profile.method}, {profile.status}, {profile.solve_ms:z.0f} ms; {where} the energy is {least}.")
     if plan.battery is not None:
         notes.append(_battery_note(plan))
     if plan.road.recorded is not None:
         notes.append(_recorded_note(plan.road.recorded, plan.journey_time))
     if plan.chosen.profile.status == "solved early":
         why = "driving slower would cost more energy" if not plan.chosen.limits.windows else "its windows or the thriftiest speed ask for no later"
-        notes.append(f"Arrives {compared.journey_time - plan.journey_time:.1f} s before the time allowed: {why}.")
+        notes.append(f"Arrives {compared.journey_time - plan.journey_time:z.1f} s before the time allowed: {why}.")
     elif not plan.equal_time:
         notes.append(
-            f"Plan and baseline differ by {plan.journey_time - plan.baseline.journey_time:+.1f} s in arrival: not a comparison at equal time."
+            f"Plan and baseline differ by {plan.journey_time - plan.baseline.journey_time:+z.1f} s in arrival: not a comparison at equal time."
         )
     return notes
 
@@ -99,8 +101,8 @@ def _battery_note(plan: Plan) -> str:
     if battery is None:
         return ""
     soc, charge = battery.soc, battery.charge
-    words = f"Battery: state of charge {soc[0]:.3f} -> {soc[-1]:.3f}, {charge.energy / KWH:.4f} kWh with auxiliaries, "
-    words += f"{charge.loss / KWH:.4f} kWh lost inside."
+    words = f"Battery: state of charge {soc[0]:z.3f} -> {soc[-1]:z.3f}, {charge.energy / KWH:z.4f} kWh with auxiliaries, "
+    words += f"{charge.loss / KWH:z.4f} kWh lost inside."
     if battery.put_off > 0.1:
-        words += f" The arrival is put off by {battery.put_off:.1f} s, from {battery.asked_time:.1f} s, for power and charge to last."
+        words += f" The arrival is put off by {battery.put_off:z.1f} s, from {battery.asked_time:z.1f} s, for power and charge to last."
     return words

@@ -68,7 +68,7 @@ def draw_network(network: Network, path: str | PathLike[str], *, dpi: int = 200)
         axes.set_aspect("equal", adjustable="datalim")
         axes.autoscale_view()
         total = sum(network.lengths.values()) / 1000.0
-        axes.set_title(f"{network.name}: {network.format}, {len(network.roads)} roads, {total:.2f} km, {len(links)} lanes for cars")
+        axes.set_title(f"{network.name}: {network.format}, {len(network.roads)} roads, {total:z.2f} km, {len(links)} lanes for cars")
         axes.set_xlabel("x in m")
         axes.set_ylabel("y in m")
         figure.savefig(path, dpi=dpi)
@@ -109,7 +109,7 @@ def _draw_map(axes: Axes, road: Road) -> None:
     axes.annotate("", tuple(ahead), tuple(start), arrowprops={"arrowstyle": "->", "color": PLAN, "linewidth": 1.2}, zorder=4)
     axes.set_aspect("equal", adjustable="datalim")
     kinds = len({(lane.direction, lane.name) for lane in road.lanes})
-    axes.set_title(f"{road.name}: {road.length / 1000.0:.3f} km, {'closed' if road.closed else 'open'}, {kinds} lane{'s' * (kinds != 1)}")
+    axes.set_title(f"{road.name}: {road.length / 1000.0:z.3f} km, {'closed' if road.closed else 'open'}, {kinds} lane{'s' * (kinds != 1)}")
     axes.set_xlabel("x in m")
     axes.set_ylabel("y in m")
     axes.legend(loc="best", frameon=False)
@@ -122,7 +122,7 @@ def _draw_height(axes: Axes, road: Road, s: Floats) -> None:
         middle = float(np.mean(road.height))
         axes.set_ylim(middle - 1.0, middle + 1.0)
     slope = 100.0 * road.slope_at(s)
-    axes.set_title(f"slope {np.min(slope):+.1f} to {np.max(slope):+.1f} %, bank up to {np.degrees(np.max(np.abs(road.bank))):.1f}°")
+    axes.set_title(f"slope {np.min(slope):+z.1f} to {np.max(slope):+z.1f} %, bank up to {np.degrees(np.max(np.abs(road.bank))):z.1f}°")
 
 
 def _draw_curvature(axes: Axes, road: Road, s: Floats) -> None:

@@ -30,23 +30,23 @@ def road_table(road: Road) -> str:
     finite = road.speed_limit[np.isfinite(road.speed_limit)]
     height = road.height_at(s)
     lines = [
-        f"{road.name}: {road.length:.2f} m, {'closed' if road.closed else 'open'}, traffic keeps {'left' if road.left_hand else 'right'}",
-        f"width        {np.min(width):.2f} to {np.max(width):.2f} m",
+        f"{road.name}: {road.length:z.2f} m, {'closed' if road.closed else 'open'}, traffic keeps {'left' if road.left_hand else 'right'}",
+        f"width        {np.min(width):z.2f} to {np.max(width):z.2f} m",
         f"lanes        {_lanes(road)}",
-        f"bends        radius down to {1.0 / max(abs(kappa[sharpest]), 1e-9):.1f} m at s = {s[sharpest]:.0f} m, "
+        f"bends        radius down to {1.0 / max(abs(kappa[sharpest]), 1e-9):z.1f} m at s = {s[sharpest]:z.0f} m, "
         f"integral of squared curvature {road.reference.squared_curvature():.4g} 1/m"
         if abs(kappa[sharpest]) > 1e-6
         else "bends        none",
-        f"height       {np.min(height):.1f} to {np.max(height):.1f} m, slope {100 * np.min(slope):+.1f} to {100 * np.max(slope):+.1f} %",
-        f"bank         {np.degrees(np.min(road.bank)):.1f} to {np.degrees(np.max(road.bank)):.1f} degrees",
-        f"speed limit  {KMH * np.min(finite):.0f} to {KMH * np.max(finite):.0f} km/h" if len(finite) else "speed limit  none posted",
+        f"height       {np.min(height):z.1f} to {np.max(height):z.1f} m, slope {100 * np.min(slope):+z.1f} to {100 * np.max(slope):+z.1f} %",
+        f"bank         {np.degrees(np.min(road.bank)):z.1f} to {np.degrees(np.max(road.bank)):z.1f} degrees",
+        f"speed limit  {KMH * np.min(finite):z.0f} to {KMH * np.max(finite):z.0f} km/h" if len(finite) else "speed limit  none posted",
     ]
     if np.any(road.friction != 1.0):
-        lines.append(f"friction     {np.min(road.friction):.2f} to {np.max(road.friction):.2f}")
+        lines.append(f"friction     {np.min(road.friction):z.2f} to {np.max(road.friction):z.2f}")
     if road.columns:
         lines.append(f"columns      {', '.join(road.columns)}")
     if road.origin is not None:
-        lines.append(f"origin       latitude {road.origin[0]:.6f}, longitude {road.origin[1]:.6f}")
+        lines.append(f"origin       latitude {road.origin[0]:z.6f}, longitude {road.origin[1]:z.6f}")
     lines += [str(finding) for finding in road.findings]
     return "\n".join(lines)
 
@@ -58,7 +58,7 @@ def _lanes(road: Road) -> str:
     found = []
     for lane in (lane for lane, present in zip(road.lanes, there, strict=True) if present.all()):
         width = lane.left - lane.right
-        span = f"{np.min(width):.2f}" if np.ptp(width) < 0.005 else f"{np.min(width):.2f} to {np.max(width):.2f}"
+        span = f"{np.min(width):z.2f}" if np.ptp(width) < 0.005 else f"{np.min(width):z.2f} to {np.max(width):z.2f}"
         found.append(f"{lane.name + ' ' if lane.name else ''}{way[lane.direction]} {span} m")
     if not there.all():
         count = np.sum(there, axis=0)
@@ -75,11 +75,11 @@ def network_table(network: Network) -> str:
     for link in network.links.values():
         lanes[link.road] += 1
     lines = [
-        f"{network.name}: {network.format}, {len(longest)} roads, {total / 1000.0:.3f} km, {len(network.links)} lanes for cars",
+        f"{network.name}: {network.format}, {len(longest)} roads, {total / 1000.0:z.3f} km, {len(network.links)} lanes for cars",
         "",
         f"{'road':>24}  {'length m':>10}  {'lanes':>6}",
     ]
-    lines += [f"{name:>24}  {network.lengths[name]:10.1f}  {lanes[name]:6d}" for name in longest[:MOST_ROWS]]
+    lines += [f"{name:>24}  {network.lengths[name]:z10.1f}  {lanes[name]:6d}" for name in longest[:MOST_ROWS]]
     if len(longest) > MOST_ROWS:
         lines.append(f"{'...':>24}  {len(longest) - MOST_ROWS} more")
     lines += ["", "Choose one with --road ID, or a route with --from and --to (a position 'x,y' or the id of a road or lane)."]
@@ -92,7 +92,7 @@ def route_table(steps: list[list[Step]]) -> str:
     for group in steps:
         for k, step in enumerate(group):
             note = "" if k == 0 else "  change of lane"
-            lines.append(f"{step.link.id:>32}  {step.start:9.1f}  {step.end:9.1f}{note}")
+            lines.append(f"{step.link.id:>32}  {step.start:z9.1f}  {step.end:z9.1f}{note}")
     return "\n".join(lines) + "\n"
 
 

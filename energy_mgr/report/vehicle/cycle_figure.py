@@ -58,9 +58,9 @@ def _unit(duration: float) -> tuple[str, float]:
 
 def _title(vehicle: Vehicle, name: str, ledger: ChargeLedger) -> str:
     way = float(ledger.distance[-1])
-    consumption = f", {(ledger.energy + ledger.unserved) / KWH / way * 1e5:.1f} kWh/100 km at the battery" if way > 0.0 else ""
-    times = f"{ledger.cycles:.1f} times " if ledger.cycles > 1.01 else ""
-    return f"{vehicle.name}\n{times}{name}: {way / 1e3:.1f} km{consumption}"
+    consumption = f", {(ledger.energy + ledger.unserved) / KWH / way * 1e5:z.1f} kWh/100 km at the battery" if way > 0.0 else ""
+    times = f"{ledger.cycles:z.1f} times " if ledger.cycles > 1.01 else ""
+    return f"{vehicle.name}\n{times}{name}: {way / 1e3:z.1f} km{consumption}"
 
 
 def _draw_speed(axes: Axes, time: Floats, ledger: ChargeLedger) -> None:

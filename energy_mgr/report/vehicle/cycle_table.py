@@ -35,24 +35,25 @@ def cycle_table(vehicle: Vehicle, name: str, ledger: ChargeLedger, *, until_empt
     way, time = float(ledger.distance[-1]), float(ledger.time[-1])
     lines = [f"{vehicle.name} on {name}" + (", again and again" if until_empty else "")]
     if way <= 0.0:
-        return "\n".join([*lines, f"range          0 km: at {100 * ledger.soc[0]:.1f} % the battery gives no power ({WORDS[ledger.end]})"])
+        return "\n".join([*lines, f"range          0 km: at {100 * ledger.soc[0]:z.1f} % the battery gives no power ({WORDS[ledger.end]})"])
     lines.append(
-        f"driven         {way / 1e3:.2f} km in {duration(time)}, {KMH * way / time:.1f} km/h on average, up to {KMH * np.max(ledger.speed):.0f} km/h"
+        f"driven         {way / 1e3:z.2f} km in {duration(time)}, {KMH * way / time:z.1f} km/h on average, "
+        f"up to {KMH * np.max(ledger.speed):z.0f} km/h"
     )
     if ledger.cycle.missed > 0.1:
-        lines.append(f"               the car falls behind by up to {KMH * ledger.cycle.missed:.0f} km/h; energy is told as if it did not")
+        lines.append(f"               the car falls behind by up to {KMH * ledger.cycle.missed:z.0f} km/h; energy is told as if it did not")
     per, asked = 1e5 / KWH / way, ledger.energy + ledger.unserved
-    lines.append(f"consumption    {asked * per:.2f} kWh/100 km at the battery's terminals, {asked / KWH:.3f} kWh in all")
+    lines.append(f"consumption    {asked * per:z.2f} kWh/100 km at the battery's terminals, {asked / KWH:z.3f} kWh in all")
     lines.append(f"{'':18}{'kWh':>9}{'kWh/100 km':>12}{'%':>8}")
     rows = {key: value for key, value in ledger.components.items() if abs(value) > 1e-6 * max(map(abs, ledger.components.values()))}
-    lines += [f"  {spoken(key):16}{value / KWH:9.3f}{value * per:12.2f}{_percent(value, asked):>8}" for key, value in rows.items()]
+    lines += [f"  {spoken(key):16}{value / KWH:z9.3f}{value * per:z12.2f}{_percent(value, asked):>8}" for key, value in rows.items()]
     return "\n".join([*lines, *_battery_lines(ledger), *_limit_lines(ledger), _range_line(ledger, until_empty)])
 
 
 def duration(seconds: float) -> str:
     """`95 s`, `30 min`, `4 h 48 min`."""
     if seconds < 600.0:
-        return f"{seconds:.0f} s"
+        return f"{seconds:z.0f} s"
     minutes = round(seconds / 60.0)
     return f"{minutes} min" if minutes < 120 else f"{minutes // 60} h {minutes % 60:02d} min"
 
@@ -92,37 +93,37 @@ def check_suffix(out: Path) -> None:
 
 
 def _percent(value: float, whole: float) -> str:
-    return f"{100.0 * value / whole:.1f}" if whole > 0.0 else "-"
+    return f"{100.0 * value / whole:z.1f}" if whole > 0.0 else "-"
 
 
 def _battery_lines(ledger: ChargeLedger) -> list[str]:
     held = ledger.energy + ledger.loss
-    share = f" ({100.0 * ledger.loss / held:.1f} % of what the charge held)" if held > 0.0 else ""
+    share = f" ({100.0 * ledger.loss / held:z.1f} % of what the charge held)" if held > 0.0 else ""
     volts, amps = ledger.voltage, ledger.current
     return [
-        f"battery        {100 * ledger.soc[0]:.1f} % to {100 * ledger.soc[-1]:.1f} % of charge, {ledger.charge_ah:.2f} Ah; lost inside: "
-        f"{ledger.loss / KWH:.3f} kWh{share}",
-        f"               {np.min(volts):.0f} to {np.max(volts):.0f} V, {np.min(amps):.0f} to {np.max(amps):.0f} A",
+        f"battery        {100 * ledger.soc[0]:z.1f} % to {100 * ledger.soc[-1]:z.1f} % of charge, {ledger.charge_ah:z.2f} Ah; lost inside: "
+        f"{ledger.loss / KWH:z.3f} kWh{share}",
+        f"               {np.min(volts):z.0f} to {np.max(volts):z.0f} V, {np.min(amps):z.0f} to {np.max(amps):z.0f} A",
     ]
 
 
 def _limit_lines(ledger: ChargeLedger) -> list[str]:
     lines = []
     if ledger.refusal is not None:
-        lines.append(f"refused        {ledger.refused / KWH:.3f} kWh of recuperation, {_where(ledger.refusal)}; the friction brakes took it")
+        lines.append(f"refused        {ledger.refused / KWH:z.3f} kWh of recuperation, {_where(ledger.refusal)}; the friction brakes took it")
     if ledger.unserved > 0.0 and ledger.shortage is not None:
-        lines.append(f"missing        {ledger.unserved / KWH:.3f} kWh for driving, {_where(ledger.shortage)}: the car cannot drive this cycle")
+        lines.append(f"missing        {ledger.unserved / KWH:z.3f} kWh for driving, {_where(ledger.shortage)}: the car cannot drive this cycle")
     return lines
 
 
 def _where(place: Shortfall) -> str:
-    return f"first after {duration(place.time)} and {place.distance / 1e3:.2f} km ({WORDS[place.reason]})"
+    return f"first after {duration(place.time)} and {place.distance / 1e3:z.2f} km ({WORDS[place.reason]})"
 
 
 def _range_line(ledger: ChargeLedger, until_empty: bool) -> str:
     if ledger.range is None:
         return "range          none to tell: " + ("the battery cannot drive it" if ledger.shortage else "the charge does not fall")
     if not until_empty:
-        return f"range          {ledger.range / 1e3:.0f} km from {100 * ledger.soc[0]:.0f} % of charge, if all goes on like this"
+        return f"range          {ledger.range / 1e3:z.0f} km from {100 * ledger.soc[0]:z.0f} % of charge, if all goes on like this"
     why = "the battery is empty" if ledger.end == "soc" else f"the battery does not give the power any more ({WORDS[ledger.end]})"
-    return f"range          {ledger.range / 1e3:.1f} km: {ledger.cycles:.2f} cycles, then {why} at {100 * ledger.soc[-1]:.1f} %"
+    return f"range          {ledger.range / 1e3:z.1f} km: {ledger.cycles:z.2f} cycles, then {why} at {100 * ledger.soc[-1]:z.1f} %"

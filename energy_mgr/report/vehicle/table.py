@@ -32,11 +32,11 @@ def vehicle_table(vehicle: Vehicle) -> str:
     """A car in some fifteen lines."""
     chassis, limits = vehicle.chassis, vehicle.limits
     lines = [
-        f"{vehicle.name}: {chassis.mass_kg:.0f} kg, {chassis.width_m:.2f} m wide, wheel radius {chassis.wheel_radius_m:.3f} m",
+        f"{vehicle.name}: {chassis.mass_kg:z.0f} kg, {chassis.width_m:z.2f} m wide, wheel radius {chassis.wheel_radius_m:z.3f} m",
         *_drive_lines(vehicle),
-        f"top speed      {KMH * top_speed(vehicle):.0f} km/h (stated {KMH * limits.speed_max_mps:.0f})",
+        f"top speed      {KMH * top_speed(vehicle):z.0f} km/h (stated {KMH * limits.speed_max_mps:z.0f})",
         f"acceleration   {', '.join(_sprints(vehicle)) or 'none'}",
-        f"climbs         {100 * steepest_slope(vehicle):.0f} % from rest, {100 * steepest_slope(vehicle, 50 / KMH):.0f} % at 50 km/h",
+        f"climbs         {100 * steepest_slope(vehicle):z.0f} % from rest, {100 * steepest_slope(vehicle, 50 / KMH):z.0f} % at 50 km/h",
         *_handling_lines(vehicle),
         *_consumption_lines(vehicle),
     ]
@@ -50,14 +50,14 @@ def _drive_lines(vehicle: Vehicle) -> list[str]:
     wheels = {"all": "all wheels", "front": "front wheels", "rear": "rear wheels"}[axles]
     best = best_point(vehicle)
     gear = f", gear {drive.gear_ratio:g} : 1" if drive.gear_ratio != 1.0 else ", direct"
-    motors = f"{drive.motor_count} motor{'s' * (drive.motor_count > 1)} of {drive.torque_max_nm:.0f} Nm and {drive.power_max_w / 1e3:.0f} kW"
+    motors = f"{drive.motor_count} motor{'s' * (drive.motor_count > 1)} of {drive.torque_max_nm:z.0f} Nm and {drive.power_max_w / 1e3:z.0f} kW"
     lines = [
         f"drive          {motors}, {place}, {wheels}{gear}",
-        f"best point     {100 * best.efficiency:.1f} % at {best.torque:.0f} Nm and {RPM * best.speed:.0f} rpm",
+        f"best point     {100 * best.efficiency:z.1f} % at {best.torque:z.0f} Nm and {RPM * best.speed:z.0f} rpm",
     ]
     if drive.thermal is not None:
         speed = 0.5 * vehicle.limits.speed_max_mps * vehicle.motor_ratio
-        lines.append(f"continuous     {continuous_torque(vehicle, speed):.0f} Nm per motor at half the top speed, 25 degC outside")
+        lines.append(f"continuous     {continuous_torque(vehicle, speed):z.0f} Nm per motor at half the top speed, 25 degC outside")
     return lines
 
 
@@ -68,7 +68,7 @@ def _sprints(vehicle: Vehicle) -> list[str]:
             continue
         seconds = acceleration_time(vehicle, min(kmh / KMH, vehicle.limits.speed_max_mps))
         if math.isfinite(seconds):
-            found.append(f"0 to {kmh:.0f} km/h in {seconds:.1f} s")
+            found.append(f"0 to {kmh:z.0f} km/h in {seconds:z.1f} s")
     return found
 
 
@@ -79,16 +79,16 @@ def _handling_lines(vehicle: Vehicle) -> list[str]:
     if abs(gradient) < 1e-7:
         return ["handling       neutral"]
     kind, name = ("understeers", "characteristic") if gradient > 0.0 else ("oversteers", "critical")
-    return [f"handling       {kind} by {1e3 * abs(gradient):.3f} mrad per m/s^2, {name} speed {KMH * abs(characteristic_speed(vehicle)):.0f} km/h"]
+    return [f"handling       {kind} by {1e3 * abs(gradient):z.3f} mrad per m/s^2, {name} speed {KMH * abs(characteristic_speed(vehicle)):z.0f} km/h"]
 
 
 def _consumption_lines(vehicle: Vehicle) -> list[str]:
     cycle = cycles.load(CYCLE)
     ledger = drive_cycle(vehicle, cycle.t, np.minimum(cycle.v, vehicle.limits.speed_max_mps))
     parts = ", ".join(f"{spoken(name)} {value / ledger.energy:.0%}" for name, value in ledger.components.items() if value > 0.005 * ledger.energy)
-    slow = f" at {KMH * vehicle.limits.speed_max_mps:.0f} km/h at most" if np.max(cycle.v) > vehicle.limits.speed_max_mps else ""
-    slow += f", falling behind by {KMH * ledger.missed:.0f} km/h" if ledger.missed > 0.1 else ""
-    lines = [f"consumption    {ledger.consumption / KWH * 1e5:.1f} kWh/100 km from the battery on the WLTC{slow} ({parts})"]
+    slow = f" at {KMH * vehicle.limits.speed_max_mps:z.0f} km/h at most" if np.max(cycle.v) > vehicle.limits.speed_max_mps else ""
+    slow += f", falling behind by {KMH * ledger.missed:z.0f} km/h" if ledger.missed > 0.1 else ""
+    lines = [f"consumption    {ledger.consumption / KWH * 1e5:z.1f} kWh/100 km from the battery on the WLTC{slow} ({parts})"]
     if vehicle.battery is None:
         return lines
     cell, pack = load_cell(vehicle.battery.cell), vehicle.battery
@@ -99,8 +99,8 @@ def _consumption_lines(vehicle: Vehicle) -> list[str]:
     middle = float(cell.ocv_v(0.5)) * pack.series
     return [
         *lines,
-        f"battery        {pack.series}s{pack.parallel}p of {cell.name}: {energy / KWH:.1f} kWh, {middle:.0f} V at half charge",
-        f"range          {ledger.range(usable) / 1e3:.0f} km on the WLTC with {usable / KWH:.1f} kWh usable, losses in the battery not counted",
+        f"battery        {pack.series}s{pack.parallel}p of {cell.name}: {energy / KWH:z.1f} kWh, {middle:z.0f} V at half charge",
+        f"range          {ledger.range(usable) / 1e3:z.0f} km on the WLTC with {usable / KWH:z.1f} kWh usable, losses in the battery not counted",
     ]
 
 

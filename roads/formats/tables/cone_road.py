@@ -92,7 +92,7 @@ def _made(rows: Rows, left: Floats, right: Floats, middle: Floats, width: float,
     edges = [_offsets(bare, edge, middle, s, closed) for edge in (right, left)]
     if np.any(edges[1] <= edges[0]):
         x, y = bare.reference.position(s[int(np.argmin(edges[1] - edges[0]))])
-        raise RoadError(f"the edges of cones cross near ({x:.1f}, {y:.1f}) m, expected left and right ones apart")
+        raise RoadError(f"the edges of cones cross near ({x:z.1f}, {y:z.1f}) m, expected left and right ones apart")
     made = Road.from_points(bare.name, bare.reference.position(s), edges[0], edges[1], closed=closed)
     # driven is the smooth middle, not the one between the corners of both edges
     half = np.minimum(made.left, -made.right)

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 LABELS = ("colour", "color", "tag", "side", "class", "cone", "type", "label", "kind")
 LEFT, RIGHT = ("blue", "left", "blau", "links", "b", "l"), ("yellow", "right", "gelb", "rechts", "y", "r")
-#: Fewer cones of a colour are no edge.
-FEWEST = 3
+#: Fewer cones of a colour are no edge; more in all are no cones (triangles among cones on straight lines take time with the square of their number).
+FEWEST, MOST = 3, 10_000
 
 
 class Columns(NamedTuple):
@@ -70,6 +70,8 @@ def of_rows(rows: Rows, columns: Columns, *, closed: bool | None) -> Road:
     Raises:
         RoadError: rows that are no cones, not two colours of at least three cones each, or cones that bound no road; with the line.
     """
+    if len(rows.bodies) > MOST:
+        raise RoadError(f"{rows.path}: holds {len(rows.bodies)} cones, expected at most {MOST}")
     places, words = _read(rows, columns)
     by_word = {word: Cones(word, places[found], found) for word in dict.fromkeys(words) if len(found := np.flatnonzero(np.array(words) == word))}
     starts = [cones for word, cones in by_word.items() if "orange" in word or "start" in word]

@@ -101,7 +101,7 @@ def _between(table: Table, name: str, left: Floats, right: Floats, middle: Float
         if np.max(off) > max(2.0 * float(np.max(np.diff(reference.breaks_s))), 5.0):
             at = int(np.argmax(off))
             raise RoadError(
-                f"{table.at(at)}: the edge point lies {off[at]:.1f} m of way from its partner on the other edge, expected them beside each other"
+                f"{table.at(at)}: the edge point lies {off[at]:z.1f} m of way from its partner on the other edge, expected them beside each other"
             )
         offsets.append(offsets_beside(reference, edge, s, s))
     if np.any(offsets[1] <= offsets[0]):

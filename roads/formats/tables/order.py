@@ -77,12 +77,12 @@ def by_place(points: Floats, place: Place) -> Order:
         away = float(min(steps[row - 1], steps[row]))
         if away > _FAR * local and skip[row - 1] <= _NEAR * local and keep[row - 1]:
             keep[row] = False
-            words = f"its place lies {away:.1f} m off the rows beside it, which are {skip[row - 1]:.1f} m apart: the row is left out"
+            words = f"its place lies {away:z.1f} m off the rows beside it, which are {skip[row - 1]:z.1f} m apart: the row is left out"
             findings.append(Finding("warning", place(row), f"{words}; expected a line without jumps"))
     for row, step, others in ((0, steps[0], steps[1:]), (len(points) - 1, steps[-1], steps[:-1])):
         usual = float(np.max(others))
         if step > max(_FAR * usual, _LEAST):
-            words = f"its place lies {step:.1f} m from the next one of the line, the others at most {usual:.1f} m: it is used"
+            words = f"its place lies {step:z.1f} m from the next one of the line, the others at most {usual:z.1f} m: it is used"
             findings.append(Finding("warning", place(row), f"{words}; is the row part of the road?"))
     return Order(keep, _few(findings))
 

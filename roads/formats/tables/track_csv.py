@@ -67,7 +67,7 @@ def of_table(table: Table, *, closed: bool | None = None) -> Road:
     width = named["w_tr_right_m"] + named["w_tr_left_m"]
     if np.any(width <= 0.0):
         at = int(np.argmax(width <= 0.0))
-        raise RoadError(f"{path}:{lines[at]}: the borders cross: widths {-width[at]:.3f} m beyond each other, expected right + left > 0")
+        raise RoadError(f"{path}:{lines[at]}: the borders cross: widths {-width[at]:z.3f} m beyond each other, expected right + left > 0")
     for name in ("speed_limit_mps", "friction"):
         if np.any(named.get(name, np.ones(1)) <= 0.0):
             at = int(np.argmax(named[name] <= 0.0))
@@ -146,8 +146,7 @@ def _plainest(road: Road) -> Lane:
 
 def _plain(value: float) -> str:
     """Nanometre resolution without trailing zeros: points may lie a centimetre apart, and a spline shows what rounding does to them."""
-    text = f"{value:.9f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
+    return f"{value:z.9f}".rstrip("0").rstrip(".")
 
 
 def _columns(table: Table) -> list[str]:

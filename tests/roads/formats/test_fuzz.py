@@ -68,9 +68,15 @@ def seeds(folder: Path) -> dict[str, tuple[Callable[[Path], None], str, list[byt
         "GeoJSON": (line, ".geojson", [samples.geojson(folder).read_bytes()]),
         "track CSV": (lambda path: roads.read(path) and None, ".csv", [track.read_bytes()]),
         "edges CSV": (lambda path: roads.read(path) and None, ".csv", [samples.edges(folder).read_bytes()]),
-        "path CSV": (path_table, ".csv", [samples.path_csv(folder).read_bytes(), samples.path_csv(folder, header=False).read_bytes()]),
+        "path CSV": (path_table, ".csv", _path_tables(folder)),
+        "cones": (lambda path: roads.read(path) and None, ".csv", [samples.cones(folder).read_bytes()]),
         "path .mat": (path_table, ".mat", [samples.path_mat(folder, kind).read_bytes() for kind in ("vectors", "matrix", "struct")]),
     }
+
+
+def _path_tables(folder: Path) -> list[bytes]:
+    with_header, without = (samples.path_csv(folder, header=header).read_bytes() for header in (True, False))
+    return [with_header, without, with_header.replace(b".", b",")]
 
 
 def attack(name: str, folder: Path, count: int) -> tuple[int, float]:
@@ -98,7 +104,9 @@ def attack(name: str, folder: Path, count: int) -> tuple[int, float]:
     return made, longest
 
 
-@pytest.mark.parametrize("name", ["OpenDRIVE", "CommonRoad", "Lanelet2", "SUMO", "GPX", "GeoJSON", "track CSV", "edges CSV", "path CSV", "path .mat"])
+@pytest.mark.parametrize(
+    "name", ["OpenDRIVE", "CommonRoad", "Lanelet2", "SUMO", "GPX", "GeoJSON", "track CSV", "edges CSV", "path CSV", "cones", "path .mat"]
+)
 def test_damaged_files_give_a_road_or_one_error(name: str, tmp_path: Path):
     made, _ = attack(name, tmp_path, 300)
     # the mutator reaches the inside of the reader: some files are still good

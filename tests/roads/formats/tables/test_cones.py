@@ -155,6 +155,9 @@ def test_bad_sets_are_refused_with_the_line(tmp_path: Path):
     path.write_text(path.read_text().replace(f"{left[3, 0]:.3f},", "nan,", 1))
     with pytest.raises(RoadError, match=r"a\.csv:5: x is 'nan', expected a finite number"):
         roads.read(path)
+    way = np.column_stack([np.arange(5001.0), np.zeros(5001)])
+    with pytest.raises(RoadError, match=r"a\.csv: holds 10002 cones, expected at most 10000"):
+        roads.read(written(tmp_path / "a.csv", way, way + np.array([0.0, 3.0])))
     with pytest.raises(RoadError, match="cones are the edges, leave width, lane"):
         roads.read(written(tmp_path / "a.csv", left, right), width=7.0)
 
