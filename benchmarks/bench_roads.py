@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import roads
-from roads.editing.smooth import smooth_points
+from roads.conditioning.bounded import smooth_points
 from roads.gallery.shelf import find
 
 DATA = Path(os.environ.get("ENERGY_MGR_DATA", Path(__file__).parents[2] / "shared" / "data")) / "roads" / "opendrive"

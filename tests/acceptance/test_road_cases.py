@@ -1,4 +1,4 @@
-"""Small inputs of the kinds that users bring, each with the value that it was made from; they lie beside the data folder and are no part of the project.
+"""Small inputs of the kinds that users bring, each with the value that it was made from; they lie beside the data folder, not in the project.
 
 Their kinds are tested on generated inputs too: tests/roads/conditioning, tests/roads/formats.
 """

@@ -76,7 +76,7 @@ class PlanFigure:
         ]
         axes.set_ylabel(label)
         axes.grid(True, linewidth=0.3, color="#cccccc")
-        axes.yaxis.set_label_coords(-0.1, 0.5)
+        axes.yaxis.set_label_coords(-0.115, 0.5)
         axes.locator_params(nbins=5)
         axes.tick_params(labelbottom=False)
         return lines[0], lines[1]

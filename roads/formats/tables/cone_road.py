@@ -8,22 +8,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...borders import dense, offsets_beside, spaced, way_along
+from ...conditioning.bounded import smooth_points
 from ...crossings import crossings_of
-from ...editing.smooth import smooth_points
 from ...errors import RoadError
 from ...findings import Finding
 from ...geometry.curve import read_only
 from ...lane import Lane
 from ...road import Road
 from .closing import closed_key
-from .cone_strip import gates_between
+from .cone_strip import Cones, gates_between
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from .cones import Cones
     from .table import Rows
 
     Floats = NDArray[np.float64]

@@ -29,12 +29,23 @@ def test_rise_and_fall_are_those_of_the_road(name: str, receiver: Receiver):
 
 
 def test_jitter_on_a_level_way_is_no_rise():
-    rng = np.random.default_rng(0)
-    s = np.arange(0.0, 1000.0)
-    found = smoothed_heights(s, 520.0 + rng.uniform(-0.5, 0.5, 1000), s, None)
-    assert gain(found.height) < 0.3
-    assert np.abs(found.height - 520.0).max() < 0.15
-    assert not found.wrong.any()
+    rises = []
+    for seed in range(9):
+        rng = np.random.default_rng(seed)
+        s = np.arange(0.0, 1000.0)
+        found = smoothed_heights(s, 520.0 + rng.uniform(-0.5, 0.5, 1000), s, None)
+        rises.append(gain(found.height) + gain(-found.height))
+        assert np.abs(found.height - 520.0).max() < 0.2
+        assert not found.wrong.any()
+    # a slope through 1,000 heights that scatter by 0.29 m has an error of 0.03 m from end to end; the smoothness that merely foretells best gives 0.1 m
+    assert np.median(rises) < 0.06
+
+
+def test_noise_alone_is_no_building():
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        s = np.arange(0.0, 3000.0, 14.0)
+        assert not smoothed_heights(s, 20.0 * np.sin(s / 300.0) + rng.normal(0.0, 2.0, len(s)), s, None).wrong.any()
 
 
 @pytest.mark.parametrize(("first", "count", "by"), [(40, 2, 18.0), (60, 12, 25.0), (20, 1, -12.0), (0, 3, 15.0), (131, 3, 30.0)])

@@ -42,11 +42,12 @@ def test_out_and_back_are_two_ways(noise: float, beside: float):
     assert np.hypot(*(second.points[-1] - wavy()[0])) < 2.0 + 3.0 * noise + beside
 
 
-def test_a_hairpin_is_a_bend_and_no_way_back():
+@pytest.mark.parametrize("radius", [5.0, 9.0, 15.0])
+def test_a_hairpin_is_a_bend_and_no_way_back(radius: float):
     turn = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 9)
     up = np.column_stack([np.arange(0.0, 200.0, 5.0), np.zeros(40)])
-    pin = np.column_stack([200.0 + 9.0 * np.cos(turn), 9.0 + 9.0 * np.sin(turn)])
-    back = up[::-1] + np.array([0.0, 18.0])
+    pin = np.column_stack([200.0 + radius * np.cos(turn), radius + radius * np.sin(turn)])
+    back = up[::-1] + np.array([0.0, 2.0 * radius])
     drive = np.vstack([up, pin, back])
     assert turning_points(recording(drive)) == []
     found = made(drive)

@@ -82,16 +82,30 @@ def test_a_cloud_at_a_stop_is_one_place():
     assert "1 stop drawn together" in words(found)
 
 
+def test_a_stop_counts_no_more_than_other_places():
+    rng = np.random.default_rng(3)
+    x = np.arange(0.0, 800.0, 10.0)
+    way = np.column_stack([x, np.zeros(80)]) + rng.normal(0.0, 1.0, (80, 2))
+    # while it stands the receiver drifts to the side
+    stood = np.array([400.0, 5.0]) + rng.normal(0.0, 1.0, (120, 2))
+    places = np.vstack([way[:40], stood, way[40:]])
+    found = made(Recording("drive", places, None, None, None, tuple(map(str, range(200)))))
+    assert np.abs(found.points[:, 1]).max() < 3.0
+
+
 def test_a_noisy_circuit_closes_smoothly():
     angle = np.linspace(0.0, 2.0 * np.pi, 150, endpoint=False)
     rng = np.random.default_rng(2)
     ring = 150.0 * np.column_stack([np.cos(angle), np.sin(angle)]) + rng.normal(0.0, 1.0, (150, 2))
-    found = made(Recording("ring", ring, None, None, None, tuple(map(str, range(150)))), closed=True)
+    found = made(Recording("ring", ring, None, np.arange(150.0), None, tuple(map(str, range(150)))), closed=True)
     assert found.closed
     assert np.abs(np.hypot(*found.points.T) - 150.0).max() < 1.5
     curve = Road.from_points("ring", found.points, -1.0, 1.0, closed=True).reference
     seam = np.abs(curve.curvature(np.linspace(-15.0, 15.0, 200) % curve.length))
     assert seam.max() < 1.0 / 50.0
+    assert found.recorded is not None
+    middle = np.interp(75.0, found.recorded.t, found.recorded.s)
+    assert middle == pytest.approx(150.0 * np.pi, rel=0.03)
 
 
 def test_raw_takes_the_places_as_they_are():

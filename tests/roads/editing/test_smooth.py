@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from roads import PlanarCurve, Road, RoadError, open_road
-from roads.editing.smooth import smooth_points, smoothed
+from roads.conditioning.bounded import smooth_points
+from roads.editing.smooth import smoothed
 
 from ...timing import least_time
 
