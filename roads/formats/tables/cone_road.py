@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from .cones import Cones
+    from .cone_strip import Cones
     from .table import Rows
 
     Floats = NDArray[np.float64]

@@ -8,6 +8,7 @@ is what Formula Student teams use for the middle line (Kabzan et al., AMZ Driver
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,15 @@ if TYPE_CHECKING:
 
 #: A gate is no wider than so many times the usual distance of a cone from the other colour.
 _WIDEST = 2.5
+
+
+@dataclass(frozen=True, eq=False)
+class Cones:
+    """Cones of one colour: what they are called, their places (n, 2), m, and the numbers of their rows (n,)."""
+
+    name: str
+    places: Floats
+    rows: NDArray[np.intp]
 
 
 def gates_between(left: Floats, right: Floats) -> list[tuple[Ints, bool]]:

@@ -6,13 +6,13 @@ rows tells which is left. Orange cones mark the start and are no edge; a row cal
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...errors import RoadError
 from .cone_road import road_between
+from .cone_strip import Cones
 from .path_table import SYNONYMS
 from .table import LARGEST, shown
 
@@ -37,15 +37,6 @@ class Columns(NamedTuple):
     y: int
     label: int
     width: int
-
-
-@dataclass(frozen=True, eq=False)
-class Cones:
-    """Cones of one colour: what they are called, their places (n, 2), m, and the numbers of their rows (n,)."""
-
-    name: str
-    places: Floats
-    rows: NDArray[np.intp]
 
 
 def columns_of(rows: Rows) -> Columns | None:
