@@ -9,7 +9,6 @@ import numpy as np
 
 from ...borders import dense, offsets_beside, spaced, way_along
 from ...crossings import crossings_of
-from ...editing.smooth import smooth_points
 from ...errors import RoadError
 from ...findings import Finding
 from ...geometry.curve import read_only
@@ -29,8 +28,8 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.intp]
 
-#: The middle line is smoothed by up to this share of the road's width: cones stand some decimetres off, and the middle jumps from gate to gate.
-_SMOOTH = 0.1
+#: The middle line is smoothed by this share of the road's width (root of the mean square): the middle jumps from gate to gate.
+_SMOOTH = 0.03
 #: Places of the middle line are this far apart at least, m.
 _LEAST_STEP = 0.3
 #: More than this share of the cones beside the longest strip means that it is not the road.
@@ -85,7 +84,7 @@ def _made(rows: Rows, left: Floats, right: Floats, middle: Floats, width: float,
         keep[np.flatnonzero(keep)[-1]] = False
     if np.count_nonzero(keep) < 4:
         raise RoadError(f"{np.count_nonzero(keep)} gates between cones of two colours, expected at least 4")
-    line = smooth_points(middle[keep], _SMOOTH * width, closed=closed)
+    line = _smooth(middle[keep], _SMOOTH * width, closed=closed)
     bare = Road.from_points(rows.keys.get("name") or rows.path.stem, line, -width, width, closed=closed)
     s = np.linspace(0.0, bare.length, max(int(np.ceil(bare.length)), 8) + 1)
     s = s[:-1] if closed else s
@@ -97,6 +96,15 @@ def _made(rows: Rows, left: Floats, right: Floats, middle: Floats, width: float,
     # driven is the smooth middle, not the one between the corners of both edges
     half = np.minimum(made.left, -made.right)
     return replace(made, drive=Lane(1, read_only(-half), read_only(half))) if np.all(half > 0.1 * width) else made
+
+
+def _smooth(points: Floats, typical: float, *, closed: bool) -> Floats:
+    """The smoothing spline (Dierckx) that lies `typical` (m) off the points (n, 2) in the root of the mean square, at these."""
+    from scipy.interpolate import splev, splprep
+
+    line = np.vstack([points, points[:1]]) if closed else points
+    spline, way = splprep(line.T, u=way_along(line), s=len(points) * typical**2, per=closed)
+    return np.column_stack(splev(way, spline))[: len(points)]
 
 
 def _offsets(road: Road, edge: Floats, middle: Floats, s: Floats, closed: bool) -> Floats:
