@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -103,8 +103,9 @@ def _smooth(points: Floats, typical: float, *, closed: bool) -> Floats:
     from scipy.interpolate import splev, splprep
 
     line = np.vstack([points, points[:1]]) if closed else points
-    spline, way = splprep(line.T, u=way_along(line), s=len(points) * typical**2, per=closed)
-    return np.column_stack(splev(way, spline))[: len(points)]
+    fitted: Any = splprep(line.T, u=way_along(line), s=len(points) * typical**2, per=int(closed), k=3)
+    places: Any = splev(fitted[1], fitted[0])
+    return np.column_stack(places)[: len(points)]
 
 
 def _offsets(road: Road, edge: Floats, middle: Floats, s: Floats, closed: bool) -> Floats:
