@@ -103,7 +103,7 @@ def _smooth(points: Floats, typical: float, *, closed: bool) -> Floats:
     from scipy.interpolate import splev, splprep
 
     line = np.vstack([points, points[:1]]) if closed else points
-    fitted: Any = splprep(line.T, u=way_along(line), s=len(points) * typical**2, per=int(closed), k=3)
+    fitted: Any = splprep(line.T, u=way_along(line), s=len(points) * typical**2, per=closed)
     places: Any = splev(fitted[1], fitted[0])
     return np.column_stack(places)[: len(points)]
 
