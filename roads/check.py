@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 #: Beyond these a public road is unusual: radius m, slope, lane width m, kink of the height (change of slope within a metre).
 TIGHTEST, STEEPEST, NARROWEST, KINK = 4.0, 0.25, 2.0, 0.05
+#: A road is looked at in no more places.
+MOST_PLACES = 1_000_000
 
 
 def check(path: str | PathLike[str], **options: Any) -> list[Finding]:
@@ -63,7 +65,7 @@ def _look_at(network: Network, identity: str, findings: Findings) -> None:
 
 def look(road: Road, place: str, findings: Findings) -> None:
     """Add warnings about geometry that no public road has."""
-    s = np.linspace(0.0, road.length, max(int(road.length), 2) + 1)
+    s = np.linspace(0.0, road.length, min(max(int(road.length), 2), MOST_PLACES) + 1)
     kappa = np.abs(road.reference.curvature(s))
     at = int(np.argmax(kappa))
     if kappa[at] > 1.0 / TIGHTEST:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..borders import offsets_beside
+from ..columns import MOST_POINTS
 from ..conditioning.bounded import smooth_points
 from ..geometry.curve import PlanarCurve, read_only
 
@@ -58,7 +59,7 @@ def smoothed(road: Road, bound: float) -> tuple[Road, SmoothingReport]:
     knots = curve.breaks_s[:-1] if road.closed else curve.breaks_s
     ends = (np.append(road.s[keep], road.length), curve.breaks_s) if road.closed else (road.s[keep], knots)
     # what runs beside a smoother line no longer runs straight: data every metre or less
-    fine = np.union1d(road.s, np.linspace(0.0, road.length, int(np.ceil(road.length)) + 1))
+    fine = np.union1d(road.s, np.linspace(0.0, road.length, int(np.ceil(min(road.length, MOST_POINTS))) + 1))
     fine = fine[fine < road.length - 1e-9] if road.closed else fine
     s = np.interp(fine, *ends)
     base = road.laid_along(road.reference, fine, fine)

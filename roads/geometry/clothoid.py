@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors import RoadError
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
@@ -22,6 +24,8 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 _LEAST_CHANGE, _LARGEST_ARGUMENT = 0.2, 20.0
 #: Largest turn that one panel of the quadrature integrates to rounding, rad.
 PANEL = 4.0
+#: A line that turns by more is none, rad: 16,000 times round.
+MOST_TURN = 1e5
 
 
 def clothoid(s: ArrayLike, kappa: float, rate: float) -> tuple[Floats, Floats]:
@@ -58,14 +62,24 @@ def _fresnel(s: Floats, kappa: float, rate: float) -> NDArray[np.complex128]:
 
 
 def _panels(s: Floats, kappa: float, rate: float) -> NDArray[np.complex128]:
-    """Composite quadrature; every panel turns by at most `PANEL`."""
-    turn = np.max((np.abs(kappa) + np.abs(rate * s)) * np.abs(s), initial=0.0)
-    count = int(np.ceil(turn / PANEL)) or 1
-    edges = np.linspace(0.0, 1.0, count + 1)[:-1]
-    inner = (edges[:, None] + 0.5 / count * (1.0 + _NODES)).ravel()
-    weights = np.tile(0.5 / count * _WEIGHTS, count)
-    at = s[..., None] * inner
-    return np.asarray(s * (np.exp(1j * (kappa + 0.5 * rate * at) * at) @ weights), dtype=np.complex128)
+    """Composite quadrature from station to station; every panel turns by at most `PANEL`.
+
+    Raises:
+        RoadError: more turns than any line on Earth makes.
+    """
+    knots = np.unique(np.append(s.ravel(), 0.0))
+    length = np.diff(knots)
+    turn = np.maximum(np.abs(kappa + rate * knots[:-1]), np.abs(kappa + rate * knots[1:])) * length
+    if not float(np.sum(turn)) < MOST_TURN:
+        raise RoadError(f"a spiral turns by {float(np.sum(turn)):.3g} rad, expected less than {MOST_TURN:g}")
+    count = np.maximum(np.ceil(turn / PANEL), 1.0).astype(np.intp)
+    ends = np.cumsum(count)
+    step = np.repeat(length / count, count)
+    start = np.repeat(knots[:-1], count) + step * (np.arange(len(step)) - np.repeat(ends - count, count))
+    at = start[:, None] + 0.5 * step[:, None] * (1.0 + _NODES)
+    pieces = 0.5 * step * (np.exp(1j * (kappa + 0.5 * rate * at) * at) @ _WEIGHTS)
+    way = np.concatenate([[0.0], np.cumsum(pieces)[ends - 1]])
+    return np.asarray((way - way[np.searchsorted(knots, 0.0)])[np.searchsorted(knots, s)], dtype=np.complex128)
 
 
 def many(s: Floats, kappa: Floats, rate: Floats) -> NDArray[np.complex128]:

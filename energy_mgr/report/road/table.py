@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roads import Road
+from roads.check import MOST_PLACES
 
 from ..picture import save_picture
 from ..style import KMH
@@ -23,7 +24,7 @@ MOST_ROWS = 25
 
 def road_table(road: Road) -> str:
     """A road in ten lines, and what its reader noticed or assumed."""
-    s = np.linspace(0.0, road.length, max(int(road.length), 50) + 1)
+    s = np.linspace(0.0, road.length, min(max(int(road.length), 50), MOST_PLACES) + 1)
     kappa, slope = road.reference.curvature(s), road.slope_at(s)
     sharpest = int(np.argmax(np.abs(kappa)))
     width = road.left - road.right

@@ -37,7 +37,7 @@ def test_jitter_on_a_level_way_is_no_rise():
         rises.append(gain(found.height) + gain(-found.height))
         assert np.abs(found.height - 520.0).max() < 0.2
         assert not found.wrong.any()
-    # a slope through 1,000 heights that scatter by 0.29 m has an error of 0.03 m from end to end; the smoothness that merely foretells best gives 0.1 m
+    # a slope through 1,000 heights that scatter by 0.29 m has an error of 0.03 m from end to end; what merely foretells best gives 0.07 m
     assert np.median(rises) < 0.06
 
 

@@ -2,6 +2,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from roads import RoadError
 from roads.geometry.clothoid import clothoid, many
 from roads.geometry.plan_view import Clothoid, Cubic, PlanView
 
@@ -83,3 +84,20 @@ def test_cubic_runs_at_its_length_or_at_its_parameter():
     unit = Cubic(0.0, 0.0, 0.0, 5.0, (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.02, 0.0), 5.0, "unit")
     assert np.allclose(unit.at(np.array([3.0]))[0], [[3.0, 0.18]])
     assert unit.curvature(np.array([0.0]))[0] == pytest.approx(0.04)
+
+
+def test_a_spiral_of_many_turns_takes_work_in_proportion_and_no_more():
+    import tracemalloc
+
+    s = np.linspace(0.0, 300.0, 8000)
+    tracemalloc.start()
+    points, _ = clothoid(s, 9.0, -8.9 / 300.0)
+    assert tracemalloc.get_traced_memory()[1] < 50e6
+    tracemalloc.stop()
+    # a finer sum of the same integral: the trapezoid over 1e-4 m misses it by about kappa^2 h^2 / 12 of the length
+    fine = np.linspace(0.0, 300.0, 3_000_001)
+    psi = (9.0 - 0.5 * 8.9 / 300.0 * fine) * fine
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (np.exp(1j * psi[1:]) + np.exp(1j * psi[:-1])) * 1e-4)])
+    assert np.abs(points[:, 0] + 1j * points[:, 1] - np.interp(s, fine, way)).max() < 1e-5
+    with pytest.raises(RoadError, match="turns by 1e\\+06 rad"):
+        clothoid(np.array([0.0, 1e6]), 1.0, 1e-12)
