@@ -26,6 +26,8 @@ _LEAST_CHANGE, _LARGEST_ARGUMENT = 0.2, 20.0
 PANEL = 4.0
 #: A line that turns by more is none, rad: 16,000 times round.
 MOST_TURN = 1e5
+#: Panels that are integrated anew for each station.
+_FEW = 4
 
 
 def clothoid(s: ArrayLike, kappa: float, rate: float) -> tuple[Floats, Floats]:
@@ -62,11 +64,21 @@ def _fresnel(s: Floats, kappa: float, rate: float) -> NDArray[np.complex128]:
 
 
 def _panels(s: Floats, kappa: float, rate: float) -> NDArray[np.complex128]:
-    """Composite quadrature from station to station; every panel turns by at most `PANEL`.
+    """Composite quadrature; every panel turns by at most `PANEL`. Each station from the start where these are few, else from station to station.
 
     Raises:
         RoadError: more turns than any line on Earth makes.
     """
+    turn = float(np.max((np.abs(kappa) + np.abs(rate * s)) * np.abs(s), initial=0.0))
+    if turn <= _FEW * PANEL:
+        few = int(np.ceil(turn / PANEL)) or 1
+        inner = (np.linspace(0.0, 1.0, few + 1)[:-1, None] + 0.5 / few * (1.0 + _NODES)).ravel()
+        at = s[..., None] * inner
+        return np.asarray(s * (np.exp(1j * (kappa + 0.5 * rate * at) * at) @ np.tile(0.5 / few * _WEIGHTS, few)), dtype=np.complex128)
+    return _step_by_step(s, kappa, rate)
+
+
+def _step_by_step(s: Floats, kappa: float, rate: float) -> NDArray[np.complex128]:
     knots = np.unique(np.append(s.ravel(), 0.0))
     length = np.diff(knots)
     turn = np.maximum(np.abs(kappa + rate * knots[:-1]), np.abs(kappa + rate * knots[1:])) * length
