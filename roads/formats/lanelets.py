@@ -149,7 +149,9 @@ def paired(lanelet: Lanelet, findings: Findings) -> tuple[Floats, Floats]:
     """
     left, right = lanelet.left, lanelet.right
     if np.isnan(left).any() or np.isnan(right).any():
-        findings.note(lanelet.place, "lanes with points without a height among others with one: heights are led over along the lane, 0 where it has none")
+        findings.note(
+            lanelet.place, "lanes with points without a height among others with one: heights are led over along the lane, 0 where it has none"
+        )
         left, right = _with_heights(left, right)
     if len(left) < 2 or len(right) < 2:
         raise RoadError(f"{lanelet.place}: lane {lanelet.id} has borders of {len(left)} and {len(right)} points, expected at least 2")

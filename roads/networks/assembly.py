@@ -3,249 +3,158 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..borders import dense, narrowed_at, places_beside, spaced, way_along
+from ..borders import dense, narrowed_at, places_beside, way_along
 from ..errors import RoadError
 from ..geometry.curve import PlanarCurve, read_only
 from ..lane import Lane
 from ..road import Road
+from .middle import NEAREST, SAME, Middle, cut, middle_of
+from .rounding import rounded, with_corners
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .links import LinkMap
-    from .routing import Step
+    from .links import Link
+    from .routing import Route
 
     Floats = NDArray[np.float64]
+    Ints = NDArray[np.intp]
 
 #: Where cross-sections change at once, edges do so within this stretch, m.
 AT_ONCE = 0.01
-#: The reference is not drawn through points closer than this, m.
-NEAREST = 0.02
-#: Middles of lanes that meet within this are the same place, m; larger offsets are blended over `BLEND`.
-SAME = 2e-3
-BLEND = 30.0
-#: Lanes that follow each other on a route may begin this far from where the one before ends, m and rad.
-GAP, KINK = 3.0, 0.7
-#: A change of lane takes at most this way, m.
-CHANGE = 80.0
-#: And at least this way for each lane, m.
-LEAST_CHANGE = 12.0
+#: A reference that bends with a smaller radius stands on its end, m.
+CUSP = 0.5
+#: Points of borders of polylines are looked for so far beyond the part they belong to, at places so close, m.
+BEYOND, CLOSE = 5.0, 0.5
+
+
+class UndrivableError(RoadError):
+    """A route that cannot be drawn as a road; `stretch` counts the one of its stretches where it fails."""
+
+    def __init__(self, message: str, stretch: int) -> None:
+        """Keep where it fails beside the message."""
+        super().__init__(message)
+        self.stretch = stretch
 
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """One cross-section run: the middle line driven (n, 3), and borders (m, 3) by link, from right to left."""
+    """One cross-section run, measured at its stations (n,): lanes (k, n) from right to left."""
 
-    middle: Floats
-    lanes: list[tuple[str, int, Floats, Floats]]
-    followed: int
+    links: list[Link]
+    ways: list[int]
+    right: Floats
+    left: Floats
+    bank: Floats
     limit: Floats
-    exact: bool
+    strip: tuple[Floats, Floats]
 
 
-def assemble(name: str, network: LinkMap, route: list[list[Step]]) -> Road:
+def assemble(name: str, route: Route) -> Road:
     """The road along `route`.
 
     Raises:
-        RoadError: lanes that are no longer than a few centimetres, or that do not meet.
+        RoadError: a route no longer than a few centimetres.
+        UndrivableError: lanes that no smooth line leads along.
     """
-    try:
-        return _assembled(name, network, route)
-    except RoadError as error:
-        raise error if str(error).startswith(network.path) else RoadError(f"{network.path}: {error}") from None
-
-
-def _assembled(name: str, network: LinkMap, route: list[list[Step]]) -> Road:
-    parts = [part for steps in route if (part := _part(network, steps)) is not None]
-    if not parts:
-        raise RoadError(f"{network.path}: the route is shorter than {2 * NEAREST} m, expected a longer one")
-    _check_joints(network, route, parts)
-    middles = _blended([part.middle for part in parts])
-    line, owner = _merged(middles)
-    if len(line) < 2:
-        raise RoadError(f"{network.path}: the route is shorter than {2 * NEAREST} m, expected a longer one")
+    path = route.ground.network.path
+    middle = middle_of(route)
+    if len(middle.points) < 2:
+        raise RoadError(f"{path}: the route is shorter than {2 * NEAREST} m, expected a longer one")
+    line = np.column_stack([middle.points, middle.way])
+    if not all(route.ground.links[name].exact for stretch in route.stretches for name in stretch.lanes.values()):
+        line = with_corners(line)
+    line = rounded(line)
     curve = PlanarCurve.through(line[:, :2])
-    sections = [_measured(curve, part, curve.breaks_s[owner == k]) for k, part in enumerate(parts)]
-    return _road(name, network, curve, line[:, 2], owner, parts, sections)
+    way = np.maximum.accumulate(line[:, 3])
+    _must_be_smooth(route, curve, way)
+    kept = np.unique(middle.owner)
+    owner = kept[np.clip(np.searchsorted(route.starts[kept], way + 1e-9, side="right") - 1, 0, len(kept) - 1)]
+    return _road(name, route, curve, line[:, 2], way, owner, middle)
 
 
-def _part(network: LinkMap, steps: list[Step]) -> _Part | None:
-    """The run of cross-sections that `steps` (lanes side by side) drive."""
-    first, last = steps[0], steps[-1]
-    share = (first.start / first.link.length, last.end / last.link.length) if first.link.length > NEAREST else (0.0, 1.0)
-    lanes, followed, middles = [], 0, []
-    beside = first.link.beside or (first.link.id,)
-    against = first.link.against or (False,)
-    for name, is_against in zip(beside, against, strict=True):
-        link = network.links[name]
-        left, right = link.borders
-        if is_against:
-            left, right = right[::-1], left[::-1]
-        if name == last.link.id:
-            followed = len(lanes)
-        lanes.append((name, -1 if is_against else 1, _cut(left, share, exact=link.exact), _cut(right, share, exact=link.exact)))
-    middles += [_cut(step.link.centre, share, exact=step.link.exact) for step in steps]
-    middle = middles[0] if len(middles) == 1 else _changed(network, steps, middles)
-    length = float(way_along(middle)[-1])
-    if length < NEAREST:
-        return None
-    at = way_along(middle)
-    # a point where a limit begins is past it, though the way to it is that of a line whose ends were moved onto the curve
-    limit = last.link.limit_at(share[0] * last.link.length + at * ((share[1] - share[0]) * last.link.length / length) + SAME)
-    return _Part(middle, lanes, followed, limit, first.link.exact)
+def _must_be_smooth(route: Route, curve: PlanarCurve, way: Floats) -> None:
+    at = np.linspace(0.0, curve.length, max(int(10.0 * min(curve.length, 1e5)), 20))
+    kappa = np.abs(curve.curvature(at))
+    k = int(np.argmax(kappa))
+    if kappa[k] <= 1.0 / CUSP:
+        return
+    place = float(np.interp(at[k], curve.breaks_s, way))
+    stretch = int(np.clip(np.searchsorted(route.starts, place, side="right") - 1, 0, len(route.stretches) - 1))
+    lane = route.stretches[stretch].lanes[route.stretches[stretch].main]
+    x, y = curve.position(at[k])
+    bend = f"the way along lane {lane} turns with a radius of {1.0 / kappa[k]:.2f} m at ({x:.1f}, {y:.1f})"
+    raise UndrivableError(f"{route.ground.network.path}: {bend}, expected at least {CUSP:g} m", stretch)
 
 
-def _cut(line: Floats, share: tuple[float, float], *, exact: bool) -> Floats:
-    """The part of `line` between two shares of its length; new ends lie on its curve (`exact`) or on the polyline."""
-    if share == (0.0, 1.0):
-        return line
-    s = way_along(line)
-    low, high = share[0] * s[-1], share[1] * s[-1]
-    inner = (s > low + 1e-6) & (s < high - 1e-6)
-    at = np.concatenate([[low], s[inner], [high]])
-    made = np.column_stack([np.interp(at, s, line[:, axis]) for axis in range(3)])
-    if exact and len(line) > 2 and s[-1] > 4.0 * NEAREST:
-        made[[0, -1]] = _along(line, np.array(share))
-    return made
+def _part(route: Route, k: int, curve: PlanarCurve, stations: Floats, along: Floats, way: Floats, middle: Middle) -> _Part:
+    """One stretch measured at `stations` (n,) of the curve, which lie at `along` (n,) on the way; `way` (m,) is that of the curve's breaks."""
+    stretch, ground, tracks = route.stretches[k], route.ground, route.tracks(k)
+    main = ground.links[stretch.lanes[tracks.stop - 1]]
+    beside = dict(zip(main.beside or (main.id,), main.against or (False,), strict=True))
+    # neighbours of a damaged file need not know of each other
+    beside |= {name: False for track in tracks if (name := stretch.lanes[track]) not in beside}
+    length = route.starts[k + 1] - route.starts[k]
+    share = np.clip((along - route.starts[k]) / length, 0.0, 1.0)
+    links, rows, bank = [ground.links[name] for name in beside], [], np.zeros(len(stations))
+    for link, against in zip(links, beside.values(), strict=True):
+        sides = [
+            _beside(curve, cut(line, (stretch.low, stretch.high), exact=link.exact), link, stations, route.starts[k : k + 2], way)
+            for line in _borders(link, against=against)
+        ]
+        rows.append([np.minimum(*(offset for offset, _ in sides)), np.maximum(*(offset for offset, _ in sides))])
+        if link is main:
+            (right, low), (left, high) = sides
+            bank = np.arctan2(high - low, np.maximum(left - right, 0.5))
+    right, left = np.array(rows).transpose(1, 0, 2)
+    moved = np.sum(middle.moved(along)[:, :2] * curve.normal(stations), axis=1)
+    order = {name: row for row, name in enumerate(beside)}
+    driven = [order[stretch.lanes[track]] for track in tracks]
+    made = np.clip(route.progress(along) - tracks.start, 0.0, len(driven) - 1.0)
+    strip = tuple(_mixed(side[driven], made) + moved for side in (right, left))
+    limit = main.limit_at((stretch.low + share * (stretch.high - stretch.low)) * main.length + SAME)
+    return _Part(links, [-1 if against else 1 for against in beside.values()], right, left, bank, limit, strip)  # pyright: ignore[reportArgumentType]
 
 
-def _changed(network: LinkMap, steps: list[Step], middles: list[Floats]) -> Floats:
-    """From the first to the last of lines that lie side by side, smoothly, at the end of the stretch.
-
-    Raises:
-        RoadError: too little way for the change.
-    """
-    s = way_along(middles[0])
-    changes = len(middles) - 1
-    if s[-1] < LEAST_CHANGE * changes:
-        raise RoadError(
-            f"{network.path}: changing from lane {steps[0].link.id} to {steps[-1].link.id} takes at least {LEAST_CHANGE * changes:g} m, "
-            f"{s[-1]:.1f} m are left"
-        )
-    way = min(CHANGE * changes, float(s[-1]))
-    begin = float(s[-1]) - way
-    fine = np.concatenate([s[s < begin - 0.5], np.linspace(begin, s[-1], max(int(way), 12) + 1)])
-    first, last = _along(middles[0], fine / s[-1]), _along(middles[-1], fine / s[-1])
-    share = _eased(np.clip((fine - begin) / way, 0.0, 1.0))[:, None]
-    return (1.0 - share) * first + share * last
+def _borders(link: Link, *, against: bool) -> tuple[Floats, Floats]:
+    """Right and left border of a lane as seen along the route."""
+    left, right = link.borders
+    return (left[::-1], right[::-1]) if against else (right, left)
 
 
-def _along(line: Floats, share: Floats) -> Floats:
-    """Places (n, 3) at shares of the length of `line`: on the spline through its points, heights linear."""
-    s = way_along(line)
-    keep = spaced(s, NEAREST)
-    curve = PlanarCurve.through(line[keep, :2])
-    # the spline's own length runs a little ahead of the polyline's
-    at = np.interp(share * s[-1], s[keep], curve.breaks_s)
-    return np.column_stack([curve.position(at), np.interp(share * s[-1], s, line[:, 2])])
+def _mixed(rows: Floats, made: Floats) -> Floats:
+    """Values (n,) between the rows (k, n) by how many changes were made."""
+    if len(rows) == 1:
+        return rows[0]
+    first = np.minimum(made.astype(np.intp), len(rows) - 2)
+    every = np.arange(rows.shape[1])
+    return rows[first, every] + (made - first) * (rows[first + 1, every] - rows[first, every])
 
 
-def _eased(share: Floats) -> Floats:
-    """From 0 to 1 with two vanishing derivatives at both ends."""
-    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+def _beside(curve: PlanarCurve, line: Floats, link: Link, stations: Floats, ends: Floats, way: Floats) -> tuple[Floats, Floats]:
+    """Offset and height (n,) of a border at `stations`; it belongs to the part between the `ends` along the way."""
+    fine = line if link.exact else dense(line)
+    s = way_along(fine)
+    near = np.interp(ends[0] + s / max(s[-1], 1e-9) * (ends[1] - ends[0]), way, curve.breaks_s)
+    if not link.exact:
+        near = _nearest(curve, fine, np.interp(ends, way, curve.breaks_s))
+    offset, height = places_beside(curve, fine, near, stations)
+    return offset, height
 
 
-def _check_joints(network: LinkMap, route: list[list[Step]], parts: list[_Part]) -> None:
-    for before, after in pairwise(parts):
-        gap = float(np.hypot(*(after.middle[0, :2] - before.middle[-1, :2])))
-        turn = _direction(after.middle[:2]) - _direction(before.middle[-2:])
-        kink = abs((turn + np.pi) % (2.0 * np.pi) - np.pi)
-        if gap > GAP or kink > KINK:
-            names = before.lanes[before.followed][0], after.lanes[after.followed][0]
-            limits = f"expected at most {GAP} m and {KINK} rad"
-            raise RoadError(f"{network.path}: lane {names[1]} begins {gap:.2f} m and {kink:.2f} rad away from the end of {names[0]}, {limits}")
+def _nearest(curve: PlanarCurve, line: Floats, ends: Floats) -> Floats:
+    """Stations close to the feet of a border's points: borders of corners do not keep step with the middle."""
+    from scipy.spatial import cKDTree
+
+    at = np.linspace(max(ends[0] - BEYOND, 0.0), min(ends[1] + BEYOND, curve.length), max(int((ends[1] - ends[0] + 2.0 * BEYOND) / CLOSE), 2))
+    return at[cKDTree(curve.position(at)).query(line[:, :2])[1]]
 
 
-def _direction(pair: Floats) -> float:
-    return float(np.arctan2(*(pair[-1, :2] - pair[0, :2])[::-1]))
-
-
-def _blended(middles: list[Floats]) -> list[Floats]:
-    """Lines whose ends meet: what they miss each other by is spread over the stretch after the joint, smoothly."""
-    found = [middles[0]]
-    for line in middles[1:]:
-        miss = found[-1][-1] - line[0]
-        if float(np.hypot(*miss[:2])) <= SAME:
-            found.append(line)
-            continue
-        s = way_along(line)
-        way = min(BLEND, float(s[-1]))
-        fine = np.concatenate([np.linspace(0.0, way, max(int(2 * way), 8) + 1), s[s > way + 0.25]])
-        line = _along(line, fine / s[-1])
-        found.append(line + _eased(np.clip(1.0 - fine / way, 0.0, 1.0))[:, None] * miss)
-    return found
-
-
-def _merged(lines: list[Floats]) -> tuple[Floats, NDArray[np.intp]]:
-    """All points in order without near repetitions, and the part that each belongs to (a joint to the part that begins there)."""
-    line = np.concatenate(lines)
-    owner = np.repeat(np.arange(len(lines)), [len(points) for points in lines])
-    keep = np.ones(len(line), dtype=bool)
-    last = len(line) - 1
-    for k in (np.flatnonzero(np.hypot(*np.diff(line[:, :2], axis=0).T) < NEAREST) + 1).tolist():
-        here = k - 1
-        while not keep[here]:
-            here -= 1
-        if np.hypot(line[k, 0] - line[here, 0], line[k, 1] - line[here, 1]) >= NEAREST:
-            continue
-        if k == last or owner[k] != owner[here]:
-            # the end and the joints stay, the point just before them goes, unless it is the start
-            keep[here] = here == 0
-        else:
-            keep[k] = False
-    return line[keep], owner[keep]
-
-
-def _measured(curve: PlanarCurve, part: _Part, stations: Floats) -> tuple[Floats, Floats, Floats]:
-    """Offsets (lanes, n) of right and left borders at `stations`, and the bank (n,)."""
-    start = float(stations[0]) if len(stations) else 0.0
-    right, left, bank = [], [], np.zeros(len(stations))
-    for k, (_, _, left_line, right_line) in enumerate(part.lanes):
-        offsets, heights = [], []
-        for line in (right_line, left_line):
-            fine = line if part.exact else dense(line)
-            s = way_along(fine)
-            near = np.clip(start + s / max(s[-1], 1e-9) * way_along(part.middle)[-1], 0.0, curve.length)
-            offset, height = places_beside(curve, fine, near, stations)
-            offsets.append(offset)
-            heights.append(height)
-        right.append(np.minimum(*offsets))
-        left.append(np.maximum(*offsets))
-        if k == part.followed:
-            bank = np.arctan2(heights[1] - heights[0], np.maximum(offsets[1] - offsets[0], 0.5))
-    return np.array(right), np.array(left), bank
-
-
-def _limits(part: _Part, way: Floats) -> Floats:
-    """Speed limits of the lane driven, (n,) m/s, at distances `way` (m) along the part."""
-    along = way_along(part.middle)
-    return part.limit[np.clip(np.searchsorted(along, np.clip(way, 0.0, along[-1]) + 1e-6, side="right") - 1, 0, len(along) - 1)]
-
-
-def _lanes(network: LinkMap, part: _Part, here: NDArray[np.bool_], sides: list[Floats]) -> list[Lane]:
-    """The part's lanes over the stations of the whole road: there where `here` says so, from `sides`, right and left (lanes, n)."""
-    made = []
-    for (identity, direction, _, _), *offsets in zip(part.lanes, *sides, strict=True):
-        bounds = np.full((2, len(here)), np.nan)
-        bounds[:, here] = offsets
-        made.append(Lane(direction, read_only(bounds[0]), read_only(bounds[1]), network.links[identity].kind, identity))
-    return made
-
-
-def _road(
-    name: str,
-    network: LinkMap,
-    curve: PlanarCurve,
-    height: Floats,
-    owner: NDArray[np.intp],
-    parts: list[_Part],
-    sections: list[tuple[Floats, Floats, Floats]],
-) -> Road:
+def _road(name: str, route: Route, curve: PlanarCurve, height: Floats, way: Floats, owner: Ints, middle: Middle) -> Road:
     """Lanes end with their part, except those driven; edges change at once where parts meet, on the wider side."""
     s = curve.breaks_s
     joints = np.flatnonzero(np.diff(owner)) + 1
@@ -253,39 +162,31 @@ def _road(
     extra = extra[(extra > 0.0) & (extra < s[-1])]
     stations = np.union1d(s, extra)
     part_at = np.append(owner[np.searchsorted(s, stations[:-1], side="right") - 1], owner[-1])
-    right, left, bank = (np.empty(len(stations)) for _ in range(3))
-    limit = np.empty(len(stations))
-    drive_right, drive_left = np.empty(len(stations)), np.empty(len(stations))
+    along = np.interp(stations, s, way)
+    right, left, bank, limit, drive_right, drive_left = (np.empty(len(stations)) for _ in range(6))
     lanes: list[Lane] = []
-    for k, (part, (lane_right, lane_left, banks)) in enumerate(zip(parts, sections, strict=True)):
+    for k in np.unique(part_at).tolist():
         here = part_at == k
-        own = s[owner == k]
-        if not len(own):
-            continue
-        at = stations[here]
-        right[here], left[here] = np.interp(at, own, lane_right[0]), np.interp(at, own, lane_left[-1])
-        bank[here] = np.interp(at, own, banks)
-        limit[here] = _limits(part, at - own[0])
-        mid_right, mid_left = np.interp(at, own, lane_right[part.followed]), np.interp(at, own, lane_left[part.followed])
-        # the reference is the middle driven: while it changes lanes, the strip to be driven goes with it
-        half = 0.5 * (mid_left - mid_right)
-        drive_right[here], drive_left[here] = -half, half
-        lanes += _lanes(network, part, here, [np.array([np.interp(at, own, row) for row in side]) for side in (lane_right, lane_left)])
+        part = _part(route, k, curve, stations[here], along[here], way, middle)
+        # where lanes do not quite meet the strip driven leads from one to the other, over ground that no lane covers
+        right[here] = np.minimum(part.right.min(axis=0), part.strip[0])
+        left[here] = np.maximum(part.left.max(axis=0), part.strip[1])
+        bank[here], limit[here] = part.bank, part.limit
+        drive_right[here], drive_left[here] = part.strip
+        for link, direction, *offsets in zip(part.links, part.ways, part.right, part.left, strict=True):
+            bounds = np.full((2, len(here)), np.nan)
+            bounds[:, here] = offsets
+            lanes.append(Lane(direction, bounds[0], bounds[1], link.kind, link.id))
     right, left = narrowed_at(right, left, np.searchsorted(stations, s[joints]))
     lanes = [Lane(lane.direction, np.clip(lane.right, right, left), np.clip(lane.left, right, left), lane.kind, lane.name) for lane in lanes]
     drive = Lane(1, np.clip(drive_right, right, left), np.clip(drive_left, right, left), "driving", "route")
-    left_hand = network.links[parts[0].lanes[parts[0].followed][0]].left_hand
-    z = np.interp(stations, s, height)
+    first = route.stretches[0]
     return Road(
         name,
         curve,
-        read_only(stations),
-        read_only(right),
-        read_only(left),
-        read_only(z),
-        read_only(limit),
+        *(read_only(values) for values in (stations, right, left, np.interp(stations, s, height), limit)),
         tuple(lanes),
         read_only(bank),
         drive=drive,
-        left_hand=left_hand,
+        left_hand=route.ground.links[first.lanes[first.main]].left_hand,
     )

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 
 from ..errors import RoadError
 from ..findings import Finding, Findings
+from .ground import Ground
 from .links import LinkMap
-from .routing import find_route, shown
+from .routing import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from ..road import Road
+    from .finding import Finder
     from .links import Link
     from .routing import Cost, Place, Step
 
@@ -73,13 +75,17 @@ class Network:
         Raises:
             RoadError: no such place, or no way between them.
         """
-        from .assembly import assemble  # brings SciPy with it, which takes longer than reading a network
-
-        return assemble(name or f"{self.name}: {shown(start)} to {shown(goal)}", self._map, self.steps(start, goal, cost=cost))
+        return self._finder.find(name or f"{self.name}: {shown(start)} to {shown(goal)}", start, goal, cost)[1]
 
     def steps(self, start: Place, goal: Place, *, cost: Cost = "length") -> list[list[Step]]:
-        """The way of `route` lane by lane: stretches that follow each other, each with the lanes that are changed along it."""
-        return find_route(self._map, start, goal, cost)
+        """The way of `route` lane by lane: stretches that follow each other, each with the lanes that are changed along it.
+
+        A change that leads over several cross-sections is listed in each of them.
+
+        Raises:
+            RoadError: as `route`.
+        """
+        return self._finder.find(f"{self.name}: {shown(start)} to {shown(goal)}", start, goal, cost)[0].steps()
 
     def nearest(self, x: float, y: float) -> tuple[str, float, float]:
         """The link whose centre line is closest to (x, y): its id, the distance along it and the distance from it, m.
@@ -88,6 +94,16 @@ class Network:
             RoadError: a position that is not finite, or a network without usable links.
         """
         return self._map.nearest(x, y)
+
+    @cached_property
+    def _finder(self) -> Finder:
+        from .finding import Finder  # brings SciPy with it, which takes longer than reading a network
+
+        return Finder(self._ground)
+
+    @cached_property
+    def _ground(self) -> Ground:
+        return Ground(self._map)
 
     @cached_property
     def _map(self) -> LinkMap:

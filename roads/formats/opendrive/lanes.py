@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..xml import Place, children, only
+from ..xml import Place, children
 from .records import DRIVABLE, NOTHING, Cubics, LaneRecord
 
 if TYPE_CHECKING:

@@ -128,9 +128,7 @@ def _from(section: SectionRecord, start: float) -> SectionRecord:
 
     def earlier(lane: LaneRecord) -> LaneRecord:
         width, border = (None if cubics is None else _led_back(cubics, section.start, start) for cubics in (lane.width, lane.border))
-        speeds, frictions = (
-            tuple((start if at <= section.start else at, value) for at, value in values) for values in (lane.speeds, lane.frictions)
-        )
+        speeds, frictions = (tuple((start if at <= section.start else at, value) for at, value in values) for values in (lane.speeds, lane.frictions))
         return replace(lane, width=width, border=border, speeds=speeds, frictions=frictions)
 
     return replace(section, start=start, left=tuple(map(earlier, section.left)), right=tuple(map(earlier, section.right)))
