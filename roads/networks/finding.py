@@ -70,7 +70,8 @@ class Finder:
                 without |= barred
             except RoadError as error:
                 raise error if str(error).startswith(ground.network.path) else RoadError(f"{ground.network.path}: {error}") from None
-        reason = "; ".join(dict.fromkeys(reasons)) or why_no_way(ground, *every)
+        unfit = [ground.unfit[place] for place in (start, goal) if isinstance(place, str) and place in ground.unfit]
+        reason = "; ".join(dict.fromkeys(reasons or unfit)) or why_no_way(ground, *every)
         where = f"{ground.network.path}: no way from {shown(start)} to {shown(goal)} along the lanes' directions"
         raise RoadError(f"{where} that can be driven: {reason}" if reason else where)
 

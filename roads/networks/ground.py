@@ -26,6 +26,8 @@ Side = Literal["left", "right"]
 
 #: Lanes that follow each other may begin this far from where the one before ends, m, and turn by so much, rad.
 GAP, KINK = 3.0, 0.7
+#: A lane whose end is cut so obliquely that less than this share of it lies across has no width there.
+SLANT = 0.35
 #: Lanes given as polylines are coarse at corners: they may turn by so much where the corner can be rounded, rad.
 CORNER = 2.0
 #: Directions at the ends of lanes are those of stretches this long, m: on curves, and on polylines.
@@ -34,6 +36,8 @@ STRETCH, COARSE = 1.0, 4.0
 NARROW = 2.0
 #: A change of lane takes at least this way, m.
 LEAST_CHANGE = 12.0
+#: A lane that turns by more than a corner may, within less way than at this radius, turns round on the spot, m.
+TIGHTEST = 2.0
 #: Links shorter than this count as nothing, m: what follows them follows what is before them.
 NOTHING = 0.05
 #: Shares of a length that agree; and what is added to widths before they are compared, m.
@@ -83,7 +87,40 @@ class Ground:
         """Where each link that counts is wide enough, as shares of its length; a lane with none beside it is driven as it is."""
         return {name: self._spans(self.links[name]) for name, length in self.lengths.items() if length >= NOTHING}
 
+    @cached_property
+    def unfit(self) -> dict[str, str]:
+        """Links that turn round on the spot, which no car does, with what they do: on any way onto them and off them."""
+        names = list(self.lengths)
+        row = {name: k for k, name in enumerate(names)}
+        ends = np.array(list(self.ends.values()))
+        way = np.where(
+            np.isnan(ends[:, :, 4:6]) | ~np.array([self.links[name].exact for name in names])[:, None, None], ends[:, :, 2:4], ends[:, :, 4:6]
+        )
+        inside = _turn(way[:, 0], way[:, 1])
+        pairs = np.array([(row[name], row[other]) for name in names for other in self.links[name].successors if other in row]).reshape(-1, 2)
+        joint = _turn(way[pairs[:, 0], 1], way[pairs[:, 1], 0])
+        least = np.abs(inside)
+        onto: dict[int, list[float]] = {}
+        off: dict[int, list[float]] = {}
+        for (a, b), turn in zip(pairs.tolist(), joint.tolist(), strict=True):
+            off.setdefault(a, []).append(turn)
+            onto.setdefault(b, []).append(turn)
+        for k in np.flatnonzero(np.array(list(self.lengths.values())) < 2.0 * np.pi * TIGHTEST).tolist():
+            least[k] = min(abs(inside[k] + a + b) for a in onto.get(k, [0.0]) for b in off.get(k, [0.0]))
+        found = {}
+        for name, turn in zip(names, least.tolist(), strict=True):
+            if turn > CORNER and NOTHING <= self.lengths[name] < turn * TIGHTEST:
+                found[name] = f"lane {name} turns by {turn:.2f} rad within {self.lengths[name]:.1f} m, expected a radius of at least {TIGHTEST:g} m"
+        return found
+
+    @cached_property
+    def ends(self) -> dict[str, list[list[float]]]:
+        """Of each link with sound geometry, at both ends: x, y, the direction of a stretch, and that across its borders (NaN where they meet)."""
+        return {name: _ends(self.links[name]) for name in self.lengths}
+
     def _spans(self, link: Link) -> list[Span]:
+        if link.id in self.unfit:
+            return []
         if link.left is None and link.right is None:
             return [(0.0, 1.0)]
         left, right = link.borders
@@ -155,6 +192,11 @@ class Ground:
     def _narrow_end(self, name: str, other: str) -> str | None:
         for which, at, verb in ((name, 1, "ends"), (other, 0, "begins")):
             spans = self.spans[which]
+            if which in self.unfit:
+                return self.unfit[which]
+            _, _, x, y, u, v = self.ends[which][at]
+            if abs(x * u + y * v) < SLANT * np.hypot(x, y) * np.hypot(u, v):
+                return f"lane {which} {verb} along the line from border to border, expected across it"
             if not spans or spans[-at][at] != float(at):
                 width = self.links[which].end_widths[at]
                 return f"lane {which} {verb} {width:.2f} m wide beside others, expected at least {NARROW:g} m"
@@ -162,8 +204,8 @@ class Ground:
 
     def _misses(self, pairs: list[tuple[str, str]]) -> tuple[Floats, Floats, Floats]:
         """By how much (m) and by which turn (rad) pairs of links miss each other, and the most that such links may turn."""
-        row = {name: k for k, name in enumerate(self.spans)}
-        ends = np.array([_ends(self.links[name]) for name in row])
+        row = {name: k for k, name in enumerate(self.ends)}
+        ends = np.array(list(self.ends.values()))
         before, after = (ends[[row[pair[k]] for pair in pairs]] for k in (0, 1))
         gap = np.hypot(*(after[:, 0, :2] - before[:, 1, :2]).T)
         by_chord, by_normal = (_between(before[:, 1, k : k + 2], after[:, 0, k : k + 2]) for k in (2, 4))
@@ -218,10 +260,9 @@ class Ground:
 
 
 def _ends(link: Link) -> list[list[float]]:
-    """At both ends: x, y, the direction of a stretch, and the direction across the borders there (NaN where they meet)."""
     line, s = link.centre[:, :2], link.stations
     left, right = link.borders
-    reach = min(STRETCH if link.exact else COARSE, s[-1])
+    reach = min(STRETCH if link.exact else COARSE, s[-1] / 3.0)
     inner = [np.array([np.interp(at, s, line[:, axis]) for axis in (0, 1)]) for at in (reach, s[-1] - reach)]
     found = []
     for at, way in ((0, inner[0] - line[0]), (-1, line[-1] - inner[1])):
@@ -233,4 +274,9 @@ def _ends(link: Link) -> list[list[float]]:
 
 def _between(a: Floats, b: Floats) -> Floats:
     """Angles (n,) between vectors (n, 2), rad."""
-    return np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], np.sum(a * b, axis=1)))
+    return np.abs(_turn(a, b))
+
+
+def _turn(a: Floats, b: Floats) -> Floats:
+    """Angles (n,) from vectors to vectors (n, 2), rad, positive to the left."""
+    return np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], np.sum(a * b, axis=1))

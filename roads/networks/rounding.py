@@ -19,7 +19,7 @@ TIGHT, ROUNDED = 3.0, 3.2
 #: Corners of a polyline turn by more than this, rad, between pieces longer than this, m: what turns less is a curve drawn in pieces.
 TURN, LEG = 0.35, 3.0
 #: A corner is rounded within this distance before and after it, m, and cut off by no more.
-REACH, OFF = 25.0, 3.0
+REACH, OFF = 25.0, 2.0
 #: Directions before and after a corner are those of stretches this long, m.
 STRETCH = 1.0
 #: Tight places closer than this are one corner, m.
