@@ -98,19 +98,27 @@ class Ground:
         )
         inside = _turn(way[:, 0], way[:, 1])
         pairs = np.array([(row[name], row[other]) for name in names for other in self.links[name].successors if other in row]).reshape(-1, 2)
-        joint = _turn(way[pairs[:, 0], 1], way[pairs[:, 1], 0])
-        least = np.abs(inside)
-        onto: dict[int, list[float]] = {}
-        off: dict[int, list[float]] = {}
-        for (a, b), turn in zip(pairs.tolist(), joint.tolist(), strict=True):
-            off.setdefault(a, []).append(turn)
-            onto.setdefault(b, []).append(turn)
-        for k in np.flatnonzero(np.array(list(self.lengths.values())) < 2.0 * np.pi * TIGHTEST).tolist():
-            least[k] = min(abs(inside[k] + a + b) for a in onto.get(k, [0.0]) for b in off.get(k, [0.0]))
+        onto: dict[int, list[tuple[int, float]]] = {}
+        off: dict[int, list[tuple[int, float]]] = {}
+        for (a, b), turn in zip(pairs.tolist(), _turn(way[pairs[:, 0], 1], way[pairs[:, 1], 0]).tolist(), strict=True):
+            off.setdefault(a, []).append((b, turn))
+            onto.setdefault(b, []).append((a, turn))
         found = {}
-        for name, turn in zip(names, least.tolist(), strict=True):
-            if turn > CORNER and NOTHING <= self.lengths[name] < turn * TIGHTEST:
-                found[name] = f"lane {name} turns by {turn:.2f} rad within {self.lengths[name]:.1f} m, expected a radius of at least {TIGHTEST:g} m"
+        lengths = list(self.lengths.values())
+        for first in range(len(names)):
+            here, turn, length, chain = first, float(inside[first]), lengths[first], [first]
+            while length < np.pi * TIGHTEST:
+                begins, ends_ = onto.get(first, [(-1, 0.0)]), off.get(here, [(-1, 0.0)])
+                least = min(abs(turn + a + b) for _, a in begins for _, b in ends_)
+                if least > CORNER and length < least * TIGHTEST:
+                    where = f"turns by {least:.2f} rad within {length:.1f} m, expected a radius of at least {TIGHTEST:g} m"
+                    found.update({names[k]: f"lane {names[k]} {where}" for k in chain if lengths[k] >= NOTHING})
+                    break
+                # a lane that is cut into pieces turns as one
+                (after, more), *others = ends_
+                if others or after in (-1, *chain) or len(onto[after]) > 1:
+                    break
+                here, turn, length, chain = after, turn + more + float(inside[after]), length + lengths[after], [*chain, after]
         return found
 
     @cached_property
