@@ -11,7 +11,7 @@ from ..errors import RoadError
 from ..geometry.curve import PlanarCurve, read_only
 from ..lane import Lane
 from ..road import Road
-from .measuring import measured
+from .measuring import bend_at, measured, strip_driven
 from .middle import NEAREST, middle_of
 from .rounding import rounded, with_corners
 
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 AT_ONCE = 0.01
 #: A reference that bends with a smaller radius stands on its end, m.
 CUSP = 0.5
+#: Edges end inside a bend at this share of its radius.
+INSIDE = 0.9
 
 
 class UndrivableError(RoadError):
@@ -85,20 +87,22 @@ def _road(name: str, route: Route, curve: PlanarCurve, height: Floats, way: Floa
     stations = np.union1d(s, extra)
     part_at = np.append(owner[np.searchsorted(s, stations[:-1], side="right") - 1], owner[-1])
     along = np.interp(stations, s, way)
-    right, left, bank, limit, drive_right, drive_left = (np.empty(len(stations)) for _ in range(6))
+    right, left, bank, limit = (np.empty(len(stations)) for _ in range(4))
+    heres = {k: part_at == k for k in np.unique(part_at).tolist()}
+    parts = {k: measured(route, k, curve, stations[here], along[here], way) for k, here in heres.items()}
+    drive_right, drive_left = strip_driven(route, parts, curve, stations, along, way, middle)
     lanes: list[Lane] = []
-    for k in np.unique(part_at).tolist():
-        here = part_at == k
-        part = measured(route, k, curve, stations[here], along[here], way, middle)
-        # where lanes do not quite meet the strip driven leads from one to the other, over ground that no lane covers
-        right[here] = np.minimum(part.right.min(axis=0), part.strip[0])
-        left[here] = np.maximum(part.left.max(axis=0), part.strip[1])
+    for k, part in parts.items():
+        here = heres[k]
+        right[here], left[here] = part.right.min(axis=0), part.left.max(axis=0)
         bank[here], limit[here] = part.bank, part.limit
-        drive_right[here], drive_left[here] = part.strip
         for link, direction, *offsets in zip(part.links, part.ways, part.right, part.left, strict=True):
             bounds = np.full((2, len(here)), np.nan)
             bounds[:, here] = offsets
             lanes.append(Lane(direction, bounds[0], bounds[1], link.kind, link.id))
+    right, left = _unfolded(curve, stations, right, left)
+    # where lanes do not quite meet the strip driven leads from one to the other, over ground that no lane covers
+    right, left = np.minimum(right, drive_right), np.maximum(left, drive_left)
     right, left = narrowed_at(right, left, np.searchsorted(stations, s[joints]))
     lanes = [Lane(lane.direction, np.clip(lane.right, right, left), np.clip(lane.left, right, left), lane.kind, lane.name) for lane in lanes]
     drive = Lane(1, np.clip(drive_right, right, left), np.clip(drive_left, right, left), "driving", "route")
@@ -112,3 +116,10 @@ def _road(name: str, route: Route, curve: PlanarCurve, height: Floats, way: Floa
         drive=drive,
         left_hand=route.ground.links[first.lanes[first.main]].left_hand,
     )
+
+
+def _unfolded(curve: PlanarCurve, stations: Floats, right: Floats, left: Floats) -> tuple[Floats, Floats]:
+    """Edges (n,) no farther inside a bend than nearly its middle, where a road turns back on itself."""
+    kappa = bend_at(curve, stations)
+    middle = INSIDE / np.maximum(np.abs(kappa), 1e-9)
+    return np.where(kappa < 0.0, np.maximum(right, -middle), right), np.where(kappa > 0.0, np.minimum(left, middle), left)

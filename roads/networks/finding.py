@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ..errors import RoadError
 from .assembly import UndrivableError, assemble
 from .lattice import Lattice
 from .refusals import why_no_way
-from .routing import around, names_along, route_of, shown, spots_of
+from .routing import Route, Stretch, around, names_along, route_of, shown, spots_of
 
 if TYPE_CHECKING:
     from ..road import Road
     from .ground import Ground
-    from .routing import Cost, Place, Route
+    from .routing import Cost, Place
 
 #: Ways that cannot be drawn as a road after which the next cheapest one is no longer tried.
 MOST_TRIES = 8
@@ -40,6 +43,16 @@ class Finder:
             self._last = key, self._find(name, start, goal, self._lattice(cost))
         return self._last[1]
 
+    def alone(self, name: str) -> Road:
+        """The road of one link from its beginning to its end, whether it could be driven or not.
+
+        Raises:
+            RoadError: a link without sound geometry.
+        """
+        ground = self.ground
+        stretch = Stretch(0.0, 1.0, {0: name}, 0)
+        return assemble(f"{Path(ground.network.path).stem}: {name}", Route(ground, [stretch], np.array([0.0, ground.links[name].length]), []))
+
     def _lattice(self, cost: Cost) -> Lattice:
         if cost not in self._lattices:
             made = Lattice(self.ground, cost)
@@ -51,12 +64,13 @@ class Finder:
     def _find(self, name: str, start: Place, goal: Place, lattice: Lattice) -> tuple[Route, Road]:
         ground = self.ground
         begins, goals = spots_of(ground, start, 0), spots_of(ground, goal, 1)
-        # a position stands for the whole cross-section if the lane it is nearest to has no way
-        every = around(ground, start, begins), around(ground, goal, goals)
+        if lattice.way(begins, goals) is None and not why_no_way(ground, begins, goals):
+            # a position stands for the whole cross-section if the lane it is nearest to leads nowhere
+            begins, goals = around(ground, start, begins), around(ground, goal, goals)
         without: set[tuple[str, str]] = set()
         reasons: list[str] = []
         for _ in range(MOST_TRIES):
-            way = lattice.way(begins, goals, frozenset(without)) or lattice.way(*every, frozenset(without))
+            way = lattice.way(begins, goals, frozenset(without))
             if way is None:
                 break
             route = route_of(ground, way)
@@ -71,7 +85,7 @@ class Finder:
             except RoadError as error:
                 raise error if str(error).startswith(ground.network.path) else RoadError(f"{ground.network.path}: {error}") from None
         unfit = [ground.unfit[place] for place in (start, goal) if isinstance(place, str) and place in ground.unfit]
-        reason = "; ".join(dict.fromkeys(reasons or unfit)) or why_no_way(ground, *every)
+        reason = "; ".join(dict.fromkeys(reasons or unfit)) or why_no_way(ground, begins, goals)
         where = f"{ground.network.path}: no way from {shown(start)} to {shown(goal)} along the lanes' directions"
         raise RoadError(f"{where} that can be driven: {reason}" if reason else where)
 

@@ -97,7 +97,9 @@ class Ground:
             np.isnan(ends[:, :, 4:6]) | ~np.array([self.links[name].exact for name in names])[:, None, None], ends[:, :, 2:4], ends[:, :, 4:6]
         )
         inside = _turn(way[:, 0], way[:, 1])
-        pairs = np.array([(row[name], row[other]) for name in names for other in self.links[name].successors if other in row]).reshape(-1, 2)
+        pairs = np.array([(row[name], row[other]) for name in names for other in self.links[name].successors if other in row], dtype=np.intp).reshape(
+            -1, 2
+        )
         onto: dict[int, list[tuple[int, float]]] = {}
         off: dict[int, list[tuple[int, float]]] = {}
         for (a, b), turn in zip(pairs.tolist(), _turn(way[pairs[:, 0], 1], way[pairs[:, 1], 0]).tolist(), strict=True):
@@ -190,7 +192,7 @@ class Ground:
             narrow = self._narrow_end(name, other)
             if far > GAP or turn > limit:
                 where = f"lane {other} begins {far:.2f} m and {turn:.2f} rad away from the end of {name}"
-                refused[name, other] = Refused(f"{where}, expected at most {GAP} m and {limit} rad", narrow is not None)
+                refused[name, other] = Refused(f"{where}, expected at most {GAP} m and {limit} rad", narrow=False)
             elif narrow is not None:
                 refused[name, other] = Refused(narrow, narrow=True)
             else:

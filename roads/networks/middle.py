@@ -48,9 +48,9 @@ class Middle:
     owner: Ints
     misses: list[tuple[float, float, float, Floats]]
 
-    def moved(self, way: Floats) -> Floats:
-        """(n, 3) by how much the line lies beside the lanes' own middles at places along the way."""
-        return _moved(self.misses, way)
+    def moved(self, way: Floats, start: float) -> Floats:
+        """(n, 3) by how much the line lies beside the middles of the lanes of the stretch from `start` on at places along the way."""
+        return _moved(self.misses, way, start)
 
 
 def middle_of(route: Route) -> Middle:
@@ -82,13 +82,12 @@ def middle_of(route: Route) -> Middle:
     return Middle(line[keep], np.concatenate(ways)[keep], own[keep], misses)
 
 
-def _moved(misses: list[tuple[float, float, float, Floats]], way: Floats, start: float | None = None) -> Floats:
-    """What joints move places along the way by; `start` tells of which stretch they are where a joint lies at one of its ends."""
+def _moved(misses: list[tuple[float, float, float, Floats]], way: Floats, start: float) -> Floats:
+    """What joints move places along the way by, those of the stretch that begins at `start`."""
     made = np.zeros((len(way), 3))
     for at, begin, end, miss in misses:
-        after = way >= at if start is None else np.full(len(way), start >= at - 1e-9)
         share = eased(np.clip((way - begin) / max(end - begin, 1e-9), 0.0, 1.0))
-        made += np.where(after, 1.0 - share, -share)[:, None] * miss
+        made += (1.0 - share if start >= at - 1e-9 else -share)[:, None] * miss
     return made
 
 

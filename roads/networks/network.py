@@ -60,7 +60,7 @@ class Network:
             raise RoadError(f"{self.path}: no road {identity!r}, expected one of {_some(self.roads)}")
         if self.builder is not None:
             return self.builder(identity)
-        return self.route(identity, identity)
+        return self._finder.alone(identity)
 
     def route(self, start: Place, goal: Place, *, cost: Cost = "length", name: str | None = None) -> Road:
         """The cheapest way from `start` to `goal` as one road whose reference is the middle of the lanes driven.
@@ -112,7 +112,7 @@ class Network:
     def check(self) -> list[Finding]:
         """All findings: those of reading, and of making every link and every road.
 
-        A road that cannot be made is an error; so is a link that stops within the network without leading on, as a warning.
+        A road that cannot be made is an error; a link from lane to lane that nobody can drive is a warning.
         """
         found = Findings(list(self.findings))
         for link in self.links.values():
@@ -120,6 +120,12 @@ class Network:
                 _ = link.length
             except RoadError as error:
                 found.error(error)
+        barred = dict.fromkeys(refused.reason for refused in self._ground.refused.values() if not refused.narrow)
+        for reason in barred | dict.fromkeys(self._ground.unfit.values()):
+            found.warn(self.path, f"{reason}; nobody is led there")
+        tapers = sum(refused.narrow for refused in self._ground.refused.values())
+        if tapers:
+            found.note(self.path, "links that lead through the narrow end of a lane beside others are driven as changes of lane", tapers)
         drivable = {link.road for link in self.links.values()}
         for identity in self.roads if self.builder is not None else []:
             if identity not in drivable:

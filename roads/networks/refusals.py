@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from .ground import LEAST_CHANGE
@@ -31,7 +32,8 @@ def why_no_way(ground: Ground, begins: list[Spot], goals: list[Spot]) -> str:
         last, count = k + 1, 1
         while last + 1 < len(names) and ground.beside(names[last], side) == names[last + 1]:
             last, count = last + 1, count + 1
-        room = min(_room(ground, a, b, side) for a, b in zip(names[k:last], names[k + 1 : last + 1], strict=True))
+        ends = (dict(begins).get(name, 0.0) if k == 0 else None, dict(goals).get(names[last], 1.0) if last == len(names) - 1 else None)
+        room = min(_room(ground, a, b, side, ends) for a, b in pairwise(names[k : last + 1]))
         if room < LEAST_CHANGE * count or not ground.common(name, other):
             need = f"takes at least {LEAST_CHANGE * count:g} m, {room:.1f} m are left"
             return f"changing from lane {name} to {names[last]} {need} where both are wide enough"
@@ -72,15 +74,20 @@ def _least_barred(ground: Ground, begins: set[str], goals: set[str]) -> list[str
     return []
 
 
-def _room(ground: Ground, name: str, other: str, side: Side) -> float:
-    """How far two neighbours lie side by side, wide enough, with those before and after them, m: the longest such run there."""
-    spans = ground.common(name, other)
+def _room(ground: Ground, name: str, other: str, side: Side, ends: tuple[float | None, float | None] = (None, None)) -> float:
+    """How far two neighbours lie side by side, wide enough, with those before and after them, m: the longest such run there.
+
+    `ends` are the shares of their lengths that the way begins and ends at, where it does so on them.
+    """
+    begin, end = ends
+    first, last = 0.0 if begin is None else begin, 1.0 if end is None else end
+    spans = [(max(low, first), min(high, last)) for low, high in ground.common(name, other) if low <= last and high >= first]
     if not spans:
         return 0.0
     runs = [(high - low) * ground.mean_length(name, other) for low, high in spans]
-    if spans[-1][1] == 1.0:
+    if spans[-1][1] == 1.0 and end is None:
         runs[-1] += _further(ground, name, other, side, ahead=True)
-    if spans[0][0] == 0.0:
+    if spans[0][0] == 0.0 and begin is None:
         runs[0] += _further(ground, name, other, side, ahead=False)
     return max(runs)
 

@@ -15,15 +15,17 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 #: Bends tighter than this are rounded where they can be, m; what is rounded has at least the second one.
-TIGHT, ROUNDED = 3.0, 3.2
+TIGHT, ROUNDED = 3.0, 4.0
 #: Corners of a polyline turn by more than this, rad, between pieces longer than this, m: what turns less is a curve drawn in pieces.
 TURN, LEG = 0.35, 3.0
-#: A corner is rounded within this distance before and after it, m, and cut off by no more.
-REACH, OFF = 25.0, 2.0
-#: Directions before and after a corner are those of stretches this long, m.
+#: A corner is rounded from the first to the second distance before and after it, m, and cut off by no more than the third.
+LEAST, REACH, OFF = 0.1, 25.0, 2.0
+#: Directions before and after a corner are those of stretches of at most this length, m.
 STRETCH = 1.0
 #: Tight places closer than this are one corner, m.
 ONE = 2.0
+#: Sharp bends that turn the line by less than this are unevenness of its points, rad.
+SLIGHT = 0.01
 #: Points of a rounded corner are so close, m.
 FINE = 0.25
 
@@ -64,23 +66,25 @@ def _tight(line: Floats) -> list[tuple[float, float]]:
     """Stretches of the line, m along it, that its spline turns too sharply on."""
     curve = PlanarCurve.through(line[:, :2])
     s = curve.breaks_s
-    at = np.sort(np.concatenate([s[:-1] + (s[1:] - s[:-1]) * share for share in (0.02, 0.25, 0.5, 0.75, 0.98)]))
-    sharp = at[np.abs(curve.curvature(at)) > 1.0 / TIGHT]
-    if not len(sharp):
-        return []
+    shares = np.array([0.02, 0.25, 0.5, 0.75, 0.98])
+    at = (s[:-1, None] + np.diff(s)[:, None] * shares).ravel()
+    kappa = np.abs(curve.curvature(at))
+    # the turn on the way that each place stands for
+    turn = kappa * np.repeat(np.diff(s) / len(shares), len(shares))
+    sharp = np.flatnonzero(kappa > 1.0 / TIGHT)
     # along the polyline
-    sharp = np.interp(sharp, s, way_along(line))
-    breaks = np.flatnonzero(np.diff(sharp) > ONE)
-    return [(float(part[0]), float(part[-1])) for part in np.split(sharp, breaks + 1)]
+    along = np.interp(at[sharp], s, way_along(line))
+    groups = np.split(np.arange(len(sharp)), np.flatnonzero(np.diff(along) > ONE) + 1)
+    return [(float(along[part[0]]), float(along[part[-1]])) for part in groups if turn[sharp[part]].sum() > SLIGHT]
 
 
 def _corner(line: Floats, begin: float, end: float) -> Floats | None:
     """The line with a smooth turn instead of the corner from `begin` to `end` (m along it); None where none is better."""
     s = way_along(line)
     best: tuple[float, Floats, float, float] | None = None
-    for pad in np.geomspace(0.5, REACH, 16).tolist():
+    for pad in np.geomspace(LEAST, REACH, 24).tolist():
         low, high = max(begin - pad, 0.0), min(end + pad, float(s[-1]))
-        turn = _turn(line, s, low, high)
+        turn = _turn(line, s, low, high, min(STRETCH, 2.0 * pad))
         if turn is None:
             continue
         sharpest, made, off = turn
@@ -96,13 +100,13 @@ def _corner(line: Floats, begin: float, end: float) -> Floats | None:
     return np.vstack([line[s < low - 0.5 * FINE], made, line[s > high + 0.5 * FINE]])
 
 
-def _turn(line: Floats, s: Floats, low: float, high: float) -> tuple[float, Floats, float] | None:
+def _turn(line: Floats, s: Floats, low: float, high: float, stretch: float) -> tuple[float, Floats, float] | None:
     """A smooth turn from `low` to `high`: its sharpest curvature, 1/m, its points, and how far it lies off the line, m."""
     ends = _at(line, s, np.array([low, high]))
     # directions from outside the turn, at the line's ends from inside
-    outside = low - STRETCH if low > STRETCH else min(low + STRETCH, high)
+    outside = low - stretch if low > stretch else min(low + stretch, high)
     first = np.sign(low - outside) * _unit(ends[0] - _at(line, s, np.array([outside]))[0])
-    outside = high + STRETCH if high < s[-1] - STRETCH else max(high - STRETCH, low)
+    outside = high + stretch if high < s[-1] - stretch else max(high - stretch, low)
     last = np.sign(outside - high) * _unit(_at(line, s, np.array([outside]))[0] - ends[1])
     chord = ends[1, :2] - ends[0, :2]
     far = float(np.hypot(*chord))
