@@ -110,7 +110,11 @@ def _road(name: str, route: Route, curve: PlanarCurve, height: Floats, way: Floa
     return Road(
         name,
         curve,
-        *(read_only(values) for values in (stations, right, left, np.interp(stations, s, height), limit)),
+        read_only(stations),
+        read_only(right),
+        read_only(left),
+        read_only(np.interp(stations, s, height)),
+        read_only(limit),
         tuple(lanes),
         read_only(bank),
         drive=drive,

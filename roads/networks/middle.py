@@ -126,7 +126,7 @@ def _with_grid(way: Floats, low: float, high: float, spacing: float) -> Floats:
     made = np.union1d(outside, marks[(marks > way[0]) & (marks < way[-1])])
     # a mark gives way to a place nearby, the ends and the grid do not
     made = made[np.append(True, np.diff(made) > 1e-6)]
-    return np.union1d(made, way[[0, -1]])
+    return np.union1d(made, way[[0, -1]]).astype(np.float64)
 
 
 def _finer(line: Floats, way: Floats, begin: float, end: float) -> tuple[Floats, Floats]:

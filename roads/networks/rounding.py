@@ -19,7 +19,7 @@ TIGHT, ROUNDED = 3.0, 4.0
 #: Corners of a polyline turn by more than this, rad, between pieces longer than this, m: what turns less is a curve drawn in pieces.
 TURN, LEG = 0.35, 3.0
 #: A corner is rounded from the first to the second distance before and after it, m, and cut off by no more than the third.
-LEAST, REACH, OFF = 0.1, 25.0, 2.0
+LEAST, REACH, OFF = 0.1, 25.0, 2.4
 #: Directions before and after a corner are those of stretches of at most this length, m.
 STRETCH = 1.0
 #: Tight places closer than this are one corner, m.
@@ -82,7 +82,7 @@ def _corner(line: Floats, begin: float, end: float) -> Floats | None:
     """The line with a smooth turn instead of the corner from `begin` to `end` (m along it); None where none is better."""
     s = way_along(line)
     best: tuple[float, Floats, float, float] | None = None
-    for pad in np.geomspace(LEAST, REACH, 24).tolist():
+    for pad in np.geomspace(LEAST, REACH, 36).tolist():
         low, high = max(begin - pad, 0.0), min(end + pad, float(s[-1]))
         turn = _turn(line, s, low, high, min(STRETCH, 2.0 * pad))
         if turn is None:
@@ -138,7 +138,7 @@ def _sharpest(line: Floats, s: Floats, begin: float, end: float) -> float:
     low, high = max(np.searchsorted(s, begin) - 20, 0), min(np.searchsorted(s, end) + 20, len(s) - 1)
     curve = PlanarCurve.through(line[low : high + 1, :2])
     ends = np.interp([begin, end], s[low : high + 1], curve.breaks_s)
-    at = np.linspace(*ends, max(int((ends[1] - ends[0]) / 0.01), 40))
+    at = np.linspace(float(ends[0]), float(ends[1]), max(int((ends[1] - ends[0]) / 0.01), 40))
     return float(np.max(np.abs(curve.curvature(at))))
 
 

@@ -179,7 +179,7 @@ def route_of(ground: Ground, way: Way) -> Route:
             stretches[-1].high = at
             continue
         first = len(stretches) - 1, stretches[-1].high
-        side = next(side for side in ACROSS if ground.beside(landing.lanes[0][0], side) == landing.lanes[0][1])
+        side: Side = next(side for side in ACROSS if ground.beside(landing.lanes[0][0], side) == landing.lanes[0][1])
         for k, (a, b) in enumerate(landing.lanes):
             if k:
                 stretches.append(Stretch(0.0, 1.0, {made: a}, made))

@@ -128,7 +128,7 @@ def around(radius: float) -> np.ndarray:
     """From the end of 200 m on the x axis back to their beginning, by half circles to the left (positive radius) or right: points (n, 2)."""
     angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 40)
     bow = np.column_stack([np.abs(radius) * np.cos(angle), radius * (1.0 + np.sin(angle))])
-    return np.vstack([bow + [200.0, 0.0], [[x, 2.0 * radius] for x in range(190, 0, -10)], [[0.0, 2.0 * radius]] - (bow - bow[0])])
+    return np.vstack([bow + np.array([200.0, 0.0]), [[x, 2.0 * radius] for x in range(190, 0, -10)], [[0.0, 2.0 * radius]] - (bow - bow[0])])
 
 
 @pytest.mark.parametrize("first", [10.0, 290.0])
