@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from ..errors import RoadError
+from .ends import CORNER, NOTHING, between, ends_of, on_the_spot
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,18 +29,10 @@ Side = Literal["left", "right"]
 GAP, KINK = 3.0, 0.7
 #: A lane whose end is cut so obliquely that less than this share of it lies across has no width there.
 SLANT = 0.35
-#: Lanes given as polylines are coarse at corners: they may turn by so much where the corner can be rounded, rad.
-CORNER = 2.0
-#: Directions at the ends of lanes are those of stretches this long, m: on curves, and on polylines.
-STRETCH, COARSE = 1.0, 4.0
 #: A lane beside others is not driven where it is narrower, m.
 NARROW = 2.0
 #: A change of lane takes at least this way, m.
 LEAST_CHANGE = 12.0
-#: A lane that turns by more than a corner may, within less way than at this radius, turns round on the spot, m.
-TIGHTEST = 2.0
-#: Links shorter than this count as nothing, m: what follows them follows what is before them.
-NOTHING = 0.05
 #: Shares of a length that agree; and what is added to widths before they are compared, m.
 SAME, ROUNDING = 1e-9, 1e-6
 #: Cross-sections that one change leads over, at most.
@@ -90,43 +83,12 @@ class Ground:
     @cached_property
     def unfit(self) -> dict[str, str]:
         """Links that turn round on the spot, which no car does, with what they do: on any way onto them and off them."""
-        names = list(self.lengths)
-        row = {name: k for k, name in enumerate(names)}
-        ends = np.array(list(self.ends.values()))
-        way = np.where(
-            np.isnan(ends[:, :, 4:6]) | ~np.array([self.links[name].exact for name in names])[:, None, None], ends[:, :, 2:4], ends[:, :, 4:6]
-        )
-        inside = _turn(way[:, 0], way[:, 1])
-        pairs = np.array([(row[name], row[other]) for name in names for other in self.links[name].successors if other in row], dtype=np.intp).reshape(
-            -1, 2
-        )
-        onto: dict[int, list[tuple[int, float]]] = {}
-        off: dict[int, list[tuple[int, float]]] = {}
-        for (a, b), turn in zip(pairs.tolist(), _turn(way[pairs[:, 0], 1], way[pairs[:, 1], 0]).tolist(), strict=True):
-            off.setdefault(a, []).append((b, turn))
-            onto.setdefault(b, []).append((a, turn))
-        found = {}
-        lengths = list(self.lengths.values())
-        for first in range(len(names)):
-            here, turn, length, chain = first, float(inside[first]), lengths[first], [first]
-            while length < np.pi * TIGHTEST:
-                begins, ends_ = onto.get(first, [(-1, 0.0)]), off.get(here, [(-1, 0.0)])
-                least = min(abs(turn + a + b) for _, a in begins for _, b in ends_)
-                if least > CORNER and length < least * TIGHTEST:
-                    where = f"turns by {least:.2f} rad within {length:.1f} m, expected a radius of at least {TIGHTEST:g} m"
-                    found.update({names[k]: f"lane {names[k]} {where}" for k in chain if lengths[k] >= NOTHING})
-                    break
-                # a lane that is cut into pieces turns as one
-                (after, more), *others = ends_
-                if others or after in (-1, *chain) or len(onto[after]) > 1:
-                    break
-                here, turn, length, chain = after, turn + more + float(inside[after]), length + lengths[after], [*chain, after]
-        return found
+        return on_the_spot(self.links, self.lengths, self.ends)
 
     @cached_property
-    def ends(self) -> dict[str, list[list[float]]]:
-        """Of each link with sound geometry, at both ends: x, y, the direction of a stretch, and that across its borders (NaN where they meet)."""
-        return {name: _ends(self.links[name]) for name in self.lengths}
+    def ends(self) -> dict[str, Floats]:
+        """The ends of each link with sound geometry, see `ends_of`."""
+        return ends_of(self.links, self.lengths)
 
     def _spans(self, link: Link) -> list[Span]:
         if link.id in self.unfit:
@@ -218,7 +180,7 @@ class Ground:
         ends = np.array(list(self.ends.values()))
         before, after = (ends[[row[pair[k]] for pair in pairs]] for k in (0, 1))
         gap = np.hypot(*(after[:, 0, :2] - before[:, 1, :2]).T)
-        by_chord, by_normal = (_between(before[:, 1, k : k + 2], after[:, 0, k : k + 2]) for k in (2, 4))
+        by_chord, by_normal = (between(before[:, 1, k : k + 2], after[:, 0, k : k + 2]) for k in (2, 4))
         exact = np.array([self.links[name].exact and self.links[other].exact for name, other in pairs])
         return gap, np.where(exact, np.fmin(by_chord, by_normal), by_chord), np.where(exact, KINK, CORNER)
 
@@ -267,26 +229,3 @@ class Ground:
                 rest = left - (high - low) * length
                 waiting += [(a, b, 0.0, rest, lanes) for a, b in self.side_by_side_after(here, other, side)]
         return found
-
-
-def _ends(link: Link) -> list[list[float]]:
-    line, s = link.centre[:, :2], link.stations
-    left, right = link.borders
-    reach = min(STRETCH if link.exact else COARSE, s[-1] / 3.0)
-    inner = [np.array([np.interp(at, s, line[:, axis]) for axis in (0, 1)]) for at in (reach, s[-1] - reach)]
-    found = []
-    for at, way in ((0, inner[0] - line[0]), (-1, line[-1] - inner[1])):
-        across = (left[at] - right[at])[:2]
-        normal = (across[1], -across[0]) if np.hypot(*across) > 0.5 else (np.nan, np.nan)
-        found.append([*line[at], *way, *normal])
-    return found
-
-
-def _between(a: Floats, b: Floats) -> Floats:
-    """Angles (n,) between vectors (n, 2), rad."""
-    return np.abs(_turn(a, b))
-
-
-def _turn(a: Floats, b: Floats) -> Floats:
-    """Angles (n,) from vectors to vectors (n, 2), rad, positive to the left."""
-    return np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], np.sum(a * b, axis=1))
