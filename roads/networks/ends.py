@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 #: Directions at the ends of lanes are those of stretches this long, m: on curves, and on polylines.
 STRETCH, COARSE = 1.0, 4.0
+#: Borders that are farther apart tell what lies across, m.
+SOME = 0.1
 #: Polylines shorter than this lead as what is before and after them does, m.
 STUB = 1.0
 #: Lanes given as polylines are coarse at corners: they may turn by so much where the corner can be rounded, rad.
@@ -26,7 +28,7 @@ NOTHING = 0.05
 
 
 def ends_of(links: dict[str, Link], lengths: dict[str, float]) -> dict[str, Floats]:
-    """The ends of the links that have a length: (2, 6) x, y, the direction of a stretch there, and across the borders (NaN where they meet)."""
+    """The ends of the links that have a length: (2, 6) x, y, the direction of a stretch there, and across the borders (NaN where they are one)."""
     found = {name: _ends(links[name]) for name in lengths}
     stubs = [name for name, length in lengths.items() if length < STUB and not links[name].exact]
     if not stubs:
@@ -56,11 +58,14 @@ def _ends(link: Link) -> Floats:
     left, right = link.borders
     reach = min(STRETCH if link.exact else COARSE, s[-1] / 3.0)
     inner = [np.array([np.interp(at, s, line[:, axis]) for axis in (0, 1)]) for at in (reach, s[-1] - reach)]
-    found = np.empty((2, 6))
+    across = (left - right)[:, :2]
+    # where a lane opens from no width its borders lie across as they do where it has some
+    wide = np.flatnonzero(np.hypot(*across.T) > SOME)
+    found = np.full((2, 6), np.nan)
     for row, at, way in ((0, 0, inner[0] - line[0]), (1, -1, line[-1] - inner[1])):
-        across = (left[at] - right[at])[:2]
-        normal = (across[1], -across[0]) if np.hypot(*across) > 0.5 else (np.nan, np.nan)
-        found[row] = *line[at], *way, *normal
+        found[row, :4] = *line[at], *way
+        if len(wide):
+            found[row, 4:] = across[wide[at], 1], -across[wide[at], 0]
     return found
 
 

@@ -167,7 +167,7 @@ class Ground:
             if which in self.unfit:
                 return self.unfit[which]
             _, _, x, y, u, v = self.ends[which][at]
-            if abs(x * u + y * v) < SLANT * np.hypot(x, y) * np.hypot(u, v):
+            if not self.links[which].exact and abs(x * u + y * v) < SLANT * np.hypot(x, y) * np.hypot(u, v):
                 return f"lane {which} {verb} along the line from border to border, expected across it"
             if not spans or spans[-at][at] != float(at):
                 width = self.links[which].end_widths[at]

@@ -23,7 +23,7 @@ LEAST, REACH, OFF = 0.1, 25.0, 2.4
 #: Directions before and after a corner are those of stretches of at most this length, m.
 STRETCH = 1.0
 #: Tight places closer than this are one corner, m.
-ONE = 2.0
+ONE = 4.0
 #: Sharp bends that turn the line by less than this are unevenness of its points, rad.
 SLIGHT = 0.01
 #: Points of a rounded corner are so close, m.
