@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ..errors import RoadError
-from .ground import ACROSS, LEAST_CHANGE, NARROW, SAME
+from .ground import ACROSS, NARROW, SAME
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -192,7 +192,7 @@ def route_of(ground: Ground, way: Way) -> Route:
     route = Route(ground, stretches, np.concatenate([[0.0], np.cumsum(lengths)]), changes)
     for k, mark in enumerate(marks):
         changes[k].low, changes[k].high = _run(route, k, mark)
-    _spread(changes)
+    _spread(changes, [_way_to(route, last, end) for _, _, last, end in marks])
     return route
 
 
@@ -245,17 +245,17 @@ def _way_to(route: Route, k: int, share: float) -> float:
     return float(route.starts[k] + (route.starts[k + 1] - route.starts[k]) * (share - stretch.low) / length)
 
 
-def _spread(changes: list[Change]) -> None:
-    """Changes as long as their runs allow, at the ends of these; those that share a run share its room evenly."""
-    earliest: list[float] = []
-    for change in changes:
-        earliest.append(max([change.low, *earliest[-1:]]) + LEAST_CHANGE)
+def _spread(changes: list[Change], earliest: list[float]) -> None:
+    """Changes as long as their runs allow, at the ends of these; those that share a run share its room evenly.
+
+    `earliest` is where each can end at the earliest, m along the way: there is always room for that.
+    """
     latest = np.inf
     for k in range(len(changes) - 1, -1, -1):
         change = changes[k]
-        change.end = max(min(change.high, latest), min(earliest[k], latest))
+        change.end = max(min(change.high, latest), earliest[k])
         room = min((change.end - other.low) / (k - j + 1) for j, other in enumerate(changes[: k + 1]))
-        change.begin = change.end - min(CHANGE, room)
+        change.begin = max(change.end - min(CHANGE, room), change.low, *earliest[max(k - 1, 0) : k])
         latest = change.begin
 
 
