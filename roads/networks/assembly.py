@@ -57,6 +57,9 @@ def assemble(name: str, route: Route) -> Road:
         line = with_corners(line)
     line = rounded(line)
     curve = PlanarCurve.through(line[:, :2])
+    if _sharpest(curve)[1] > 1.0 / CUSP:
+        line = rounded(line, again=True)
+        curve = PlanarCurve.through(line[:, :2])
     way = np.maximum.accumulate(line[:, 3])
     _must_be_smooth(route, curve, way)
     kept = np.unique(middle.owner)
@@ -64,17 +67,23 @@ def assemble(name: str, route: Route) -> Road:
     return _road(name, route, curve, line[:, 2], way, owner, middle)
 
 
-def _must_be_smooth(route: Route, curve: PlanarCurve, way: Floats) -> None:
+def _sharpest(curve: PlanarCurve) -> tuple[float, float]:
+    """Station, m, and amount of the sharpest curvature, 1/m."""
     at = np.linspace(0.0, curve.length, max(int(10.0 * min(curve.length, 1e5)), 20))
     kappa = np.abs(curve.curvature(at))
     k = int(np.argmax(kappa))
-    if kappa[k] <= 1.0 / CUSP:
+    return float(at[k]), float(kappa[k])
+
+
+def _must_be_smooth(route: Route, curve: PlanarCurve, way: Floats) -> None:
+    at, kappa = _sharpest(curve)
+    if kappa <= 1.0 / CUSP:
         return
-    place = float(np.interp(at[k], curve.breaks_s, way))
+    place = float(np.interp(at, curve.breaks_s, way))
     stretch = int(np.clip(np.searchsorted(route.starts, place, side="right") - 1, 0, len(route.stretches) - 1))
     lane = route.stretches[stretch].lanes[route.stretches[stretch].main]
-    x, y = curve.position(at[k])
-    bend = f"the way along lane {lane} turns with a radius of {1.0 / kappa[k]:.2f} m at ({x:.1f}, {y:.1f})"
+    x, y = curve.position(at)
+    bend = f"the way along lane {lane} turns with a radius of {1.0 / kappa:.2f} m at ({x:.1f}, {y:.1f})"
     raise UndrivableError(f"{route.ground.network.path}: {bend}, expected at least {CUSP:g} m", stretch)
 
 

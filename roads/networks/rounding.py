@@ -23,20 +23,21 @@ LEAST, REACH, OFF = 0.1, 25.0, 2.4
 #: Directions before and after a corner are those of stretches of at most this length, m.
 STRETCH = 1.0
 #: Tight places closer than this are one corner, m.
-ONE = 4.0
+ONE = 2.0
 #: Sharp bends that turn the line by less than this are unevenness of its points, rad.
 SLIGHT = 0.01
 #: Points of a rounded corner are so close, m.
 FINE = 0.25
 
 
-def rounded(line: Floats) -> Floats:
+def rounded(line: Floats, *, again: bool = False) -> Floats:
     """`line` (n, 2 + k) with corners that the spline through its points would turn too sharply drawn anew; further columns are led along.
 
-    What cannot be rounded stays as it is.
+    What cannot be rounded stays as it is; `again` takes corners that are close to each other as one, and cuts them off by more.
     """
-    for begin, end in _tight(line)[::-1]:
-        made = _corner(line, begin, end)
+    one, off = (3.0 * ONE, 2.0 * OFF) if again else (ONE, OFF)
+    for begin, end in _tight(line, one)[::-1]:
+        made = _corner(line, begin, end, off)
         if made is not None:
             line = made
     return line
@@ -62,7 +63,7 @@ def with_corners(line: Floats) -> Floats:
     return np.column_stack([np.interp(at, marks[0], column) for column in line.T])
 
 
-def _tight(line: Floats) -> list[tuple[float, float]]:
+def _tight(line: Floats, one: float) -> list[tuple[float, float]]:
     """Stretches of the line, m along it, that its spline turns too sharply on."""
     curve = PlanarCurve.through(line[:, :2])
     s = curve.breaks_s
@@ -74,11 +75,11 @@ def _tight(line: Floats) -> list[tuple[float, float]]:
     sharp = np.flatnonzero(kappa > 1.0 / TIGHT)
     # along the polyline
     along = np.interp(at[sharp], s, way_along(line))
-    groups = np.split(np.arange(len(sharp)), np.flatnonzero(np.diff(along) > ONE) + 1)
+    groups = np.split(np.arange(len(sharp)), np.flatnonzero(np.diff(along) > one) + 1)
     return [(float(along[part[0]]), float(along[part[-1]])) for part in groups if turn[sharp[part]].sum() > SLIGHT]
 
 
-def _corner(line: Floats, begin: float, end: float) -> Floats | None:
+def _corner(line: Floats, begin: float, end: float, most: float) -> Floats | None:
     """The line with a smooth turn instead of the corner from `begin` to `end` (m along it); None where none is better."""
     s = way_along(line)
     best: tuple[float, Floats, float, float] | None = None
@@ -88,7 +89,7 @@ def _corner(line: Floats, begin: float, end: float) -> Floats | None:
         if turn is None:
             continue
         sharpest, made, off = turn
-        if off > OFF:
+        if off > most:
             break
         if best is None or sharpest < best[0]:
             best = sharpest, made, low, high
