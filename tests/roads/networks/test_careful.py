@@ -184,8 +184,9 @@ def test_a_turn_on_the_spot_is_no_way(tmp_path: Path):
 
 
 def test_a_last_segment_that_turns_is_not_the_direction_of_a_lane(tmp_path: Path):
-    hooked = np.vstack([straight((0, 0), (40, 0)), [[40.05, 0.15]]])
-    network = roads.read_network(lanelets(tmp_path, w1=(hooked, "2"), w2=(straight((40.05, 0.15), (80, 0.15)), "")))
+    # by 2.4 rad, more than any corner may
+    hooked = np.vstack([straight((0, 0), (40, 0)), [[39.9, 0.1]]])
+    network = roads.read_network(lanelets(tmp_path, w1=(hooked, "2"), w2=(straight((39.9, 0.1), (80, 0.1)), "")))
     made = network.route("1", "2")
     assert sharpest(made) < 1.0 / 2.5
     assert made.length == pytest.approx(80.0, abs=0.1)
