@@ -73,7 +73,7 @@ def on_the_spot(links: dict[str, Link], lengths: dict[str, float], ends: dict[st
     """Links that turn round on the spot, alone or with those they are cut into, on any way onto them and off them; and what they do, in words."""
     names = list(lengths)
     every = np.array(list(ends.values())).reshape(-1, 2, 6)
-    exact = np.array([links[name].exact for name in names])[:, None, None]
+    exact = np.array([links[name].exact for name in names], dtype=bool)[:, None, None]
     way = np.where(exact & ~np.isnan(every[:, :, 4:6]), every[:, :, 4:6], every[:, :, 2:4])
     row = {name: k for k, name in enumerate(names)}
     pairs = np.array([(row[name], row[other]) for name in names for other in links[name].successors if other in row], dtype=np.intp)

@@ -64,8 +64,9 @@ class Finder:
     def _find(self, name: str, start: Place, goal: Place, lattice: Lattice) -> tuple[Route, Road]:
         ground = self.ground
         begins, goals = spots_of(ground, start, 0), spots_of(ground, goal, 1)
-        if lattice.way(begins, goals) is None and not why_no_way(ground, begins, goals):
-            # a position stands for the whole cross-section if the lane it is nearest to leads nowhere
+        on_lanes = all(lattice.next_on(*spot) for spot in (*begins, *goals))
+        if lattice.way(begins, goals) is None and not (on_lanes and why_no_way(ground, begins, goals)):
+            # a position stands for the whole cross-section if the lane it is nearest to is too narrow there or leads nowhere
             begins, goals = around(ground, start, begins), around(ground, goal, goals)
         without: set[tuple[str, str]] = set()
         reasons: list[str] = []

@@ -175,14 +175,14 @@ class Lattice:
     def next_on(self, name: str, share: float) -> tuple[float, int] | None:
         """The first place from `share` on in the same span of a link."""
         high = next((b for a, b in self.ground.spans[name] if a - SAME <= share <= b + SAME), None)
-        on = self._on[name]
+        on = self._on.get(name, [])
         k = bisect_left(on, (share - SAME, -1))
         return on[k] if high is not None and k < len(on) and on[k][0] <= high + SAME else None
 
     def last_on(self, name: str, share: float) -> tuple[float, int] | None:
         """The last place up to `share` in the same span of a link."""
         low = next((a for a, b in self.ground.spans[name] if a - SAME <= share <= b + SAME), None)
-        on = self._on[name]
+        on = self._on.get(name, [])
         k = bisect_right(on, (share + SAME, len(self.places))) - 1
         return on[k] if low is not None and k >= 0 and on[k][0] >= low - SAME else None
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 #: Bends tighter than this are rounded where they can be, m; what is rounded has at least the second one.
-TIGHT, ROUNDED = 3.0, 4.0
+TIGHT, ROUNDED = 2.6, 4.0
 #: Corners of a polyline turn by more than this, rad, between pieces longer than this, m: what turns less is a curve drawn in pieces.
 TURN, LEG = 0.35, 3.0
 #: A corner is rounded from the first to the second distance before and after it, m, and cut off by no more than the third.

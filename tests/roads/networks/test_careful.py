@@ -221,3 +221,19 @@ def test_ways_with_costs_of_either_sign_are_the_cheapest():
     assert all(found[k] == pytest.approx(found[before[k]] + cost[before[k], k]) for k in reached.tolist())
     with pytest.raises(RoadError, match="here: the cost falls without end"):
         shortest(3, np.array([0, 1, 2]), np.array([1, 2, 0]), np.array([1.0, -3.0, 1.0]), 0, "here")
+
+
+def test_a_network_without_lanes_for_cars_has_no_ways_and_a_narrow_lane_is_no_place(tmp_path: Path):
+    network = roads.read_network(write(tmp_path, road(lanes=section("", lane(-1, kind="sidewalk")))))
+    assert [finding.severity for finding in network.check()] == ["note"]
+    narrow = lane(-2, '<width sOffset="0" a="1.5" b="0" c="0" d="0"/>')
+    network = roads.read_network(write(tmp_path, road(lanes=section("", lane(-1) + narrow))))
+    # the narrow lane leads nowhere: the position stands for the one beside it
+    made = network.route((20.0, -4.25), "1")
+    assert made.reference.position(0.0) == pytest.approx([20.0, -1.75], abs=1e-6)
+
+
+def test_a_road_that_begins_with_a_ramp_goes_on_in_the_lane_after_it(tmp_path: Path):
+    lanes = section("", lane(-1, kind="entry")) + section("", lane(-1), 50.0)
+    made = roads.read_network(write(tmp_path, road(lanes=lanes))).road("1")
+    assert np.allclose([made.driving_lane().right, made.driving_lane().left], [[-3.5], [0.0]], atol=1e-6)
