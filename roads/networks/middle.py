@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 #: The reference is not drawn through points closer than this, m.
 NEAREST = 0.02
+#: Nor that of polylines, whose ends are often jagged, closer than this, m.
+JAGGED = 0.15
 #: Middles of lanes that meet within this are the same place, m; heights may differ by more before they are led over.
 SAME, LEVEL = 2e-3, 0.02
 #: What lanes miss each other by is led over within this stretch after the joint, m.
@@ -78,7 +80,8 @@ def middle_of(route: Route) -> Middle:
         return Middle(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.intp), [])
     # the ends of a stretch are counted from its own side of the joint
     line = np.concatenate([part + _moved(misses, at, k) for part, at, k in zip(points, ways, (route.starts[item] for item in kept), strict=True)])
-    keep = _apart(line, own := np.concatenate(owner))
+    exact = all(route.ground.links[name].exact for stretch in route.stretches for name in stretch.lanes.values())
+    keep = _apart(line, own := np.concatenate(owner), NEAREST if exact else JAGGED)
     return Middle(line[keep], np.concatenate(ways)[keep], own[keep], misses)
 
 
@@ -160,15 +163,15 @@ def along(line: Floats, share: Floats) -> Floats:
     return np.column_stack([curve.position(at), np.interp(share * s[-1], s, line[:, 2])])
 
 
-def _apart(line: Floats, owner: Ints) -> NDArray[np.bool_]:
+def _apart(line: Floats, owner: Ints, nearest: float) -> NDArray[np.bool_]:
     """Which points to keep so that none nearly repeats the one before."""
     keep = np.ones(len(line), dtype=bool)
     last = len(line) - 1
-    for k in (np.flatnonzero(np.hypot(*np.diff(line[:, :2], axis=0).T) < NEAREST) + 1).tolist():
+    for k in (np.flatnonzero(np.hypot(*np.diff(line[:, :2], axis=0).T) < nearest) + 1).tolist():
         here = k - 1
         while not keep[here]:
             here -= 1
-        if np.hypot(line[k, 0] - line[here, 0], line[k, 1] - line[here, 1]) >= NEAREST:
+        if np.hypot(line[k, 0] - line[here, 0], line[k, 1] - line[here, 1]) >= nearest:
             continue
         if k == last or owner[k] != owner[here]:
             # the end and the joints stay, the point just before them goes, unless it is the start
