@@ -69,7 +69,8 @@ def assemble(name: str, route: Route) -> Road:
 
 def _sharpest(curve: PlanarCurve) -> tuple[float, float]:
     """Station, m, and amount of the sharpest curvature, 1/m."""
-    at = np.linspace(0.0, curve.length, max(int(10.0 * min(curve.length, 1e5)), 20))
+    s = curve.breaks_s
+    at = (s[:-1, None] + np.diff(s)[:, None] * np.array([0.02, 0.25, 0.5, 0.75, 0.98])).ravel()
     kappa = np.abs(curve.curvature(at))
     k = int(np.argmax(kappa))
     return float(at[k]), float(kappa[k])
