@@ -64,7 +64,7 @@ class NetworkBuilder:
         starts = np.concatenate([[0.0], np.cumsum([element.length for element in elements])])
         length = float(starts[-1])
         sides = [tuple(_lane(sign * (k + 1), -sign, widths, length) for k, widths in enumerate(lanes)) for sign, lanes in ((1, left), (-1, right))]
-        section = SectionRecord(0.0, length, *sides)
+        section = SectionRecord(0.0, length, sides[0], sides[1])
         speeds = ((0.0, float(limit)),) if np.isfinite(limit) else ()
         self._drive.roads[identity] = RoadRecord(
             identity,

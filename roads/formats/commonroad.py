@@ -38,7 +38,7 @@ def read_network(path: Path) -> Network:
     version = root.get("commonRoadVersion", "")
     if version not in ("2018b", "2020a"):
         raise place.error(root, f"commonRoadVersion is {version!r}, expected 2018b or 2020a")
-    limits = _signs(root, place)
+    limits = _signs(root, place, findings)
     lanelets: dict[str, Lanelet] = {}
     for node in root.findall("lanelet"):
         try:
@@ -55,16 +55,28 @@ def read_network(path: Path) -> Network:
     return network_of(path, f"CommonRoad {version}", lanelets, findings, name=root.get("benchmarkID", ""))
 
 
-def _signs(root: Node, place: Place) -> dict[str, float]:
+def _signs(root: Node, place: Place, findings: Findings) -> dict[str, float]:
     limits: dict[str, float] = {}
     for sign in root.findall("trafficSign"):
         for element in sign.findall("trafficSignElement"):
             if (element.findtext("trafficSignID") or "").strip() in LIMIT_SIGNS and element.find("additionalValue") is not None:
-                value = place.float(element, "additionalValue", element.findtext("additionalValue"))
-                if value <= 0.0:
-                    raise place.error(element, f"speed limit is {value:g} m/s, expected more than 0")
-                limits[sign.get("id", "")] = value
+                value = _limit(element, "additionalValue", place, findings)
+                if value is not None:
+                    limits[sign.get("id", "")] = value
     return limits
+
+
+def _limit(node: Node, tag: str, place: Place, findings: Findings) -> float | None:
+    """The speed limit in m/s that a child says; None, with a warning, where it is none."""
+    try:
+        value = place.float(node, tag, node.findtext(tag))
+    except RoadError as error:
+        findings.warn(place.at(node), f"{str(error).removeprefix(place.at(node) + ': ')}; the limit is left out")
+        return None
+    if value <= 0.0:
+        findings.warn(place.at(node), f"<{node.tag}> speed limit is {value:g} m/s, expected more than 0; it is left out")
+        return None
+    return value
 
 
 def _lanelet(node: Node, place: Place, limits: dict[str, float], findings: Findings) -> Lanelet | None:
@@ -74,10 +86,8 @@ def _lanelet(node: Node, place: Place, limits: dict[str, float], findings: Findi
         findings.note(place.at(node), f"lanelets of type {', '.join(sorted(kinds & NOT_FOR_CARS))} are not for cars and left out")
         return None
     own = [limits[ref] for sign in node.findall("trafficSignRef") if (ref := sign.get("ref", "")) in limits]
-    if (old := node.findtext("speedLimit")) is not None:
-        own.append(place.float(node, "speedLimit", old))
-    if own and min(own) <= 0.0:
-        raise place.error(node, f"speedLimit is {min(own):g} m/s, expected more than 0")
+    if node.find("speedLimit") is not None and (old := _limit(node, "speedLimit", place, findings)) is not None:
+        own.append(old)
     return Lanelet(
         identity,
         _bound(node, "leftBound", place),

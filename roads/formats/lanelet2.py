@@ -36,8 +36,8 @@ def read_network(path: Path) -> Network:
     """
     root = parse(path, "osm")
     place, findings = Place(path), Findings()
-    nodes, geographic = _nodes(root, place)
-    ways = {place.word(node, "id"): [nd.get("ref", "") for nd in node.findall("nd")] for node in root.findall("way")}
+    nodes, geographic = _nodes(root, place, findings)
+    ways = {node.get("id", ""): [nd.get("ref", "") for nd in node.findall("nd")] for node in root.findall("way")}
     rules = {node.get("id", ""): _rule(node, place, findings) for node in root.findall("relation")}
     lanelets: dict[str, Lanelet] = {}
     ends: dict[str, tuple[list[str], list[str]]] = {}
@@ -68,25 +68,45 @@ def _tags(node: Node) -> dict[str, str]:
     return {tag.get("k", ""): tag.get("v", "") for tag in node.findall("tag")}
 
 
-def _nodes(root: Node, place: Place) -> tuple[dict[str, Floats], str]:
+def _nodes(root: Node, place: Place, findings: Findings) -> tuple[dict[str, Floats], str]:
+    """Places of all nodes by their id, and the projection; a node without a sound position is left out, which its lanelets will miss."""
     found = root.findall("node")
     if not found:
         raise place.error(root, "holds no nodes")
     tags = [_tags(node) for node in found]
     some = any("ele" in tag for tag in tags)
-    # where some nodes have a height, those without leave their lanelets without one
-    heights = [place.float(node, "ele", tag["ele"]) if "ele" in tag else np.nan if some else 0.0 for node, tag in zip(found, tags, strict=True)]
-    if all("local_x" in tag and "local_y" in tag for tag in tags):
-        plane = np.array([[place.float(node, key, tag[key]) for key in ("local_x", "local_y")] for node, tag in zip(found, tags, strict=True)])
-        origin = ""
-    else:
-        degrees = np.array([[place.number(node, "lat"), place.number(node, "lon")] for node in found])
+    local = all("local_x" in tag and "local_y" in tag for tag in tags)
+    names: list[str] = []
+    rows: list[list[float]] = []
+    for node, tag in zip(found, tags, strict=True):
         try:
-            plane, (latitude, longitude) = to_plane(*degrees.T)
+            where = [place.float(node, key, tag[key]) for key in ("local_x", "local_y")] if local else place.numbers(node, ("lat", "lon"))
+            names.append(place.word(node, "id"))
+            rows.append([*where, _height(node, tag, place, findings, some=some)])
+        except RoadError as error:
+            findings.error(error)
+    if not rows:
+        first = findings.errors()[0]
+        raise RoadError(f"{first.place}: {first.message}")
+    table, origin = np.array(rows), ""
+    if not local:
+        try:
+            table[:, :2], (latitude, longitude) = to_plane(table[:, 0], table[:, 1])
         except RoadError as error:
             raise RoadError(f"{place.path}: {error}") from None
         origin = f"+proj=tmerc +lat_0={latitude} +lon_0={longitude} +k=1 +ellps=WGS84"
-    return {place.word(node, "id"): np.array([*point, height]) for node, point, height in zip(found, plane, heights, strict=True)}, origin
+    return dict(zip(names, table, strict=True)), origin
+
+
+def _height(node: Node, tags: dict[str, str], place: Place, findings: Findings, *, some: bool) -> float:
+    """Height, m; NaN where others have one and this node has none."""
+    if "ele" not in tags:
+        return np.nan if some else 0.0
+    try:
+        return place.float(node, "ele", tags["ele"])
+    except RoadError as error:
+        findings.warn(place.at(node), f"{str(error).removeprefix(place.at(node) + ': ')}; the height is left out")
+        return np.nan
 
 
 def _rule(node: Node, place: Place, findings: Findings) -> float:

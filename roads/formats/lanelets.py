@@ -30,6 +30,10 @@ LONGEST = 1e6
 ALONE = 5.0
 
 
+class TooShortError(RoadError):
+    """A lane without any length."""
+
+
 @dataclass(eq=False)
 class Lanelet:
     """One lane between two places: borders in its direction of travel.
@@ -66,9 +70,13 @@ def network_of(
         RoadError: no usable lanelet.
     """
     shapes: dict[str, tuple[Floats, Floats]] = {}
+    crossed: set[str] = set()
     for lanelet in lanelets.values():
         try:
-            shapes[lanelet.id] = paired(lanelet)
+            shapes[lanelet.id] = paired(lanelet, findings)
+        except TooShortError as error:
+            crossed.add(lanelet.id)
+            findings.warn(lanelet.place, f"{str(error).removeprefix(lanelet.place + ': ')}; it is skipped, lanes are linked across it")
         except RoadError as error:
             findings.error(error)
     if not shapes:
@@ -81,12 +89,27 @@ def network_of(
         unknown = [other for other in lanelet.successors if other not in lanelets]
         if unknown:
             findings.warn(lanelet.place, f"lane {identity} leads on to {', '.join(unknown[:5])}, which the file does not hold")
-        link.successors = [other for other in dict.fromkeys(lanelet.successors) if other in shapes]
+        link.successors = [other for other in _onward(lanelet, lanelets, crossed) if other in shapes]
         links[identity] = link
     for identity, link in links.items():
         _set_beside(link, identity, lanelets, shapes)
     lengths = {identity: link.length for identity, link in links.items()}
     return Network(name or path.stem, str(path), format_name, links, lengths, findings.all(), None, geographic)
+
+
+def _onward(lanelet: Lanelet, lanelets: dict[str, Lanelet], crossed: set[str]) -> list[str]:
+    """Successors, those of the lanes in `crossed` instead of these."""
+    found: dict[str, None] = {}
+    seen: set[str] = set()
+    waiting = lanelet.successors[::-1]
+    while waiting:
+        other = waiting.pop()
+        if other not in crossed:
+            found[other] = None
+        elif other not in seen:
+            seen.add(other)
+            waiting += lanelets[other].successors[::-1]
+    return list(found)
 
 
 def _given(shape: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
@@ -116,15 +139,20 @@ def _set_beside(link: Link, identity: str, lanelets: dict[str, Lanelet], shapes:
     link.left = sides[1][0][0] if sides[1] and not sides[1][0][1] else None
 
 
-def paired(lanelet: Lanelet) -> tuple[Floats, Floats]:
+def paired(lanelet: Lanelet, findings: Findings) -> tuple[Floats, Floats]:
     """Borders with vertices beside each other: as given where their numbers agree, else at all vertices of both by their share of the length.
+
+    Heights that are missing (NaN) are led over from those that are there.
 
     Raises:
         RoadError: fewer than two places, a border that stands still, or borders that do not lie apart.
     """
     left, right = lanelet.left, lanelet.right
     if np.isnan(left).any() or np.isnan(right).any():
-        raise RoadError(f"{lanelet.place}: lane {lanelet.id} has points without a height among others with one, expected heights at all or none")
+        findings.note(
+            lanelet.place, "lanes with points without a height among others with one: heights are led over along the lane, 0 where it has none"
+        )
+        left, right = _with_heights(left, right)
     if len(left) < 2 or len(right) < 2:
         raise RoadError(f"{lanelet.place}: lane {lanelet.id} has borders of {len(left)} and {len(right)} points, expected at least 2")
     if len(left) != len(right):
@@ -138,7 +166,7 @@ def paired(lanelet: Lanelet) -> tuple[Floats, Floats]:
     steps = np.hypot(*np.diff(centre[:, :2], axis=0).T)
     keep = np.append(True, steps > SAME)
     if np.count_nonzero(keep) < 2:
-        raise RoadError(f"{lanelet.place}: lane {lanelet.id} is {float(np.sum(steps)):.4f} m long, expected more")
+        raise TooShortError(f"{lanelet.place}: lane {lanelet.id} is {float(np.sum(steps)):.4f} m long, expected more")
     if float(np.sum(steps)) > LONGEST:
         raise RoadError(f"{lanelet.place}: lane {lanelet.id} is {float(np.sum(steps)):.3g} m long, expected at most {LONGEST:g} m")
     left, right, centre = left[keep], right[keep], centre[keep]
@@ -151,6 +179,22 @@ def paired(lanelet: Lanelet) -> tuple[Floats, Floats]:
             f"{lanelet.place}: lane {lanelet.id} has its left border on the right or none apart from the right one, expected left of the way"
         )
     return _graded(left, right)
+
+
+def _with_heights(left: Floats, right: Floats) -> tuple[Floats, Floats]:
+    """Heights where none are given: between those along the same border, else those of the other border, else 0."""
+    made = []
+    for line, other in ((left, right), (right, left)):
+        line = line.copy()
+        source = next((side for side in (line, other) if not np.isnan(side[:, 2]).all()), None)
+        if source is None:
+            line[:, 2] = 0.0
+        else:
+            s, of_source = (way_along(side) / max(way_along(side)[-1], 1e-9) for side in (line, source))
+            there, missing = ~np.isnan(source[:, 2]), np.isnan(line[:, 2])
+            line[missing, 2] = np.interp(s[missing], of_source[there], source[there, 2])
+        made.append(line)
+    return made[0], made[1]
 
 
 def _graded(left: Floats, right: Floats) -> tuple[Floats, Floats]:

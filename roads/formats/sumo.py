@@ -42,10 +42,7 @@ def read_network(path: Path) -> Network:
         if edge.get("function") in WALKING:
             findings.note(place.at(edge), "pedestrian edges are left out")
             continue
-        try:
-            lanes.update(_lanes(edge, place, findings, left_hand=left_hand))
-        except RoadError as error:
-            findings.error(error)
+        lanes.update(_lanes(edge, place, findings, left_hand=left_hand))
     for connection in root.findall("connection"):
         begin = f"{connection.get('from')}_{connection.get('fromLane')}"
         end = connection.get("via") or f"{connection.get('to')}_{connection.get('toLane')}"
@@ -61,25 +58,33 @@ def read_network(path: Path) -> Network:
 def _lanes(edge: Node, place: Place, findings: Findings, *, left_hand: bool) -> dict[str, Lanelet]:
     made: list[tuple[int, Lanelet]] = []
     for number, node in enumerate(edge.findall("lane")):
-        identity = place.word(node, "id")
         if not _for_cars(node):
             findings.note(place.at(node), "lanes that passenger cars may not use are left out")
             continue
-        width = place.number(node, "width", WIDTH)
-        if not 0.5 < width < 100.0:
-            raise place.error(node, f"width is {width:g} m, expected 0.5 to 100 m")
-        line = _shape(node, place)
-        speed = place.number(node, "speed", np.inf) if node.get("speed") is not None else np.inf
-        if speed <= 0.0:
-            raise place.error(node, f"speed is {speed:g} m/s, expected more than 0")
-        sides = offset_polyline(line, 0.5 * width), offset_polyline(line, -0.5 * width)
-        made.append((number, Lanelet(identity, *sides, place.at(node), limit=speed)))
+        try:
+            made.append((number, _lane(node, place, findings)))
+        except RoadError as error:
+            findings.error(error)
     # SUMO counts lanes from the outer side; one that is closed to cars lies between its neighbours
     for (first, outer), (second, inner) in pairwise(made):
         if second == first + 1:
             right, left = (inner, outer) if left_hand else (outer, inner)
             right.beside_left, left.beside_right = (left.id, True), (right.id, True)
     return {lane.id: lane for _, lane in made}
+
+
+def _lane(node: Node, place: Place, findings: Findings) -> Lanelet:
+    width = place.number(node, "width", WIDTH)
+    if not 0.5 < width < 100.0:
+        findings.warn(place.at(node), f"<lane> width is {width:g} m, expected 0.5 to 100 m; {WIDTH:g} m is taken")
+        width = WIDTH
+    line = _shape(node, place)
+    speed = place.optional(node, "speed", np.inf, findings)
+    if speed is not None and speed <= 0.0:
+        findings.warn(place.at(node), f"<lane> speed is {speed:g} m/s, expected more than 0; the limit is left out")
+        speed = None
+    sides = offset_polyline(line, 0.5 * width), offset_polyline(line, -0.5 * width)
+    return Lanelet(place.word(node, "id"), *sides, place.at(node), limit=np.inf if speed is None else speed)
 
 
 def _for_cars(node: Node) -> bool:

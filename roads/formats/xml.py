@@ -12,6 +12,8 @@ from .text import read_bytes
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from ..findings import Findings
+
 #: The parser's elements; lxml ships no types.
 Node = Any
 #: No coordinate, length or coefficient of a road is larger, in SI units.
@@ -109,6 +111,18 @@ class Place:
         if not abs(value) < LARGEST:
             raise self.error(node, f"{key} is {_shown(word)}, expected a finite number below {LARGEST:g}")
         return value
+
+    def optional(self, node: Node, key: str, default: float | None, findings: Findings) -> float | None:
+        """Attribute `key` as a finite float, `default` where there is none; one that is no number is a finding, and None."""
+        word = node.get(key)
+        if word is None and default is not None:
+            return default
+        try:
+            return self.float(node, key, word)
+        except RoadError as error:
+            message = str(error).removeprefix(f"{self.at(node)}: ")
+            findings.warn(self.at(node), f"{message}; what it says is left out")
+            return None
 
     def word(self, node: Node, key: str) -> str:
         """Attribute `key`, not empty."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -128,12 +129,15 @@ class LinkMap:
         from scipy.spatial import cKDTree  # slow to import, and most networks are never asked for the nearest link
 
         points, owners = [], []
-        spacing = max(1.0, sum(self.lengths.values()) / MOST_SAMPLES)
+        lengths: dict[str, float] = {}
         for name, link in self.links.items():
-            try:
-                s = np.linspace(0.0, link.length, max(int(link.length / spacing), 1) + 1)
-            except RoadError:
-                continue
+            with suppress(RoadError):
+                lengths[name] = link.length
+        # lanes may be far longer than their road
+        spacing = max(1.0, sum(lengths.values()) / MOST_SAMPLES)
+        for name, length in lengths.items():
+            link = self.links[name]
+            s = np.linspace(0.0, length, max(int(length / spacing), 1) + 1)
             points.append(np.column_stack([np.interp(s, link.stations, link.centre[:, axis]) for axis in (0, 1)] + [s]))
             owners += [name] * len(s)
         if not points:

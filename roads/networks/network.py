@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 
 from ..errors import RoadError
 from ..findings import Finding, Findings
+from .ground import Ground
 from .links import LinkMap
-from .routing import find_route, shown
+from .routing import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from ..road import Road
+    from .finding import Finder
     from .links import Link
     from .routing import Cost, Place, Step
 
@@ -58,7 +60,7 @@ class Network:
             raise RoadError(f"{self.path}: no road {identity!r}, expected one of {_some(self.roads)}")
         if self.builder is not None:
             return self.builder(identity)
-        return self.route(identity, identity)
+        return self._finder.alone(identity)
 
     def route(self, start: Place, goal: Place, *, cost: Cost = "length", name: str | None = None) -> Road:
         """The cheapest way from `start` to `goal` as one road whose reference is the middle of the lanes driven.
@@ -73,13 +75,17 @@ class Network:
         Raises:
             RoadError: no such place, or no way between them.
         """
-        from .assembly import assemble  # brings SciPy with it, which takes longer than reading a network
-
-        return assemble(name or f"{self.name}: {shown(start)} to {shown(goal)}", self._map, self.steps(start, goal, cost=cost))
+        return self._finder.find(name or f"{self.name}: {shown(start)} to {shown(goal)}", start, goal, cost)[1]
 
     def steps(self, start: Place, goal: Place, *, cost: Cost = "length") -> list[list[Step]]:
-        """The way of `route` lane by lane: stretches that follow each other, each with the lanes that are changed along it."""
-        return find_route(self._map, start, goal, cost)
+        """The way of `route` lane by lane: stretches that follow each other, each with the lanes that are changed along it.
+
+        A change that leads over several cross-sections is listed in each of them.
+
+        Raises:
+            RoadError: as `route`.
+        """
+        return self._finder.find(f"{self.name}: {shown(start)} to {shown(goal)}", start, goal, cost)[0].steps()
 
     def nearest(self, x: float, y: float) -> tuple[str, float, float]:
         """The link whose centre line is closest to (x, y): its id, the distance along it and the distance from it, m.
@@ -90,13 +96,23 @@ class Network:
         return self._map.nearest(x, y)
 
     @cached_property
+    def _finder(self) -> Finder:
+        from .finding import Finder  # brings SciPy with it, which takes longer than reading a network
+
+        return Finder(self._ground)
+
+    @cached_property
+    def _ground(self) -> Ground:
+        return Ground(self._map)
+
+    @cached_property
     def _map(self) -> LinkMap:
         return LinkMap(self.path, self.links, self.lengths)
 
     def check(self) -> list[Finding]:
         """All findings: those of reading, and of making every link and every road.
 
-        A road that cannot be made is an error; so is a link that stops within the network without leading on, as a warning.
+        A road that cannot be made is an error; a link from lane to lane that nobody can drive is a warning.
         """
         found = Findings(list(self.findings))
         for link in self.links.values():
@@ -104,6 +120,12 @@ class Network:
                 _ = link.length
             except RoadError as error:
                 found.error(error)
+        barred = dict.fromkeys(refused.reason for refused in self._ground.refused.values() if not refused.narrow)
+        for reason in barred | dict.fromkeys(self._ground.unfit.values()):
+            found.warn(self.path, f"{reason}; nobody is led there")
+        tapers = sum(refused.narrow for refused in self._ground.refused.values())
+        if tapers:
+            found.note(self.path, "links that lead through the narrow end of a lane beside others are driven as changes of lane", tapers)
         drivable = {link.road for link in self.links.values()}
         for identity in self.roads if self.builder is not None else []:
             if identity not in drivable:

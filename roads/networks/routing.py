@@ -1,4 +1,4 @@
-"""The cheapest way through a network's lanes."""
+"""A way through a network's lanes: where it begins and ends, the cross-sections it leads along, and how its changes of lane are spread."""
 
 from __future__ import annotations
 
@@ -10,27 +10,26 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ..errors import RoadError
+from .ground import ACROSS, NARROW, SAME
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .links import Link, LinkMap
+    from .ground import Ground, Side
+    from .lattice import Way
+    from .links import Link
 
     Floats = NDArray[np.float64]
 
 Place = str | tuple[float, float]
 Cost = Literal["length", "time"] | Callable[["Floats", "Floats", "Floats"], float]
+#: A link and a share of its length.
+Spot = tuple[str, float]
 
-#: A change of lane costs as much as this share of an average link, and at least this way, m; it keeps routes from weaving.
-CHANGE_WAY = 20.0
-#: Stretches shorter than this are no place to change lanes, m.
-SHORT = 15.0
-#: Lanes that narrow to less lead nowhere by themselves, m.
-NARROW = 2.0
-#: Speed where no limit is posted, m/s.
-UNPOSTED = 50.0 / 3.6
 #: A position may be this far from the middle of the nearest lane, m.
 FAR = 50.0
+#: A change of lane takes at most this way, m.
+CHANGE = 80.0
 
 
 @dataclass(frozen=True)
@@ -42,214 +41,232 @@ class Step:
     end: float
 
 
-def find_route(network: LinkMap, start: Place, goal: Place, cost: Cost) -> list[list[Step]]:
-    """The steps from `start` to `goal`, those within one cross-section together in one list (the lanes that are changed along it).
+@dataclass(eq=False)
+class Stretch:
+    """A run of cross-sections that a way leads along.
+
+    Attributes:
+        low: where it begins, as a share of its lanes' lengths.
+        high: where it ends.
+        lanes: the lane driven after that many changes, for those that matter here.
+        main: how many changes were made where it begins.
+    """
+
+    low: float
+    high: float
+    lanes: dict[int, str]
+    main: int
+
+
+@dataclass(eq=False)
+class Change:
+    """One change of lane: the run it may use and the part of that it uses, m along the way."""
+
+    side: Side
+    low: float = 0.0
+    high: float = 0.0
+    begin: float = 0.0
+    end: float = 0.0
+
+
+@dataclass(eq=False)
+class Route:
+    """A way made ready to be drawn.
+
+    Attributes:
+        ground: what it leads through.
+        stretches: in order.
+        starts: (n + 1,) where each begins and the last one ends, m along the way.
+        changes: in order.
+    """
+
+    ground: Ground
+    stretches: list[Stretch]
+    starts: Floats
+    changes: list[Change]
+
+    def progress(self, way: Floats) -> Floats:
+        """Changes made up to places (m along the way); those under way count in part, smoothly."""
+        made = np.zeros(np.shape(way))
+        for change in self.changes:
+            made += eased(np.clip((way - change.begin) / max(change.end - change.begin, 1e-9), 0.0, 1.0))
+        return made
+
+    def tracks(self, k: int) -> range:
+        """How many changes were made at the beginning and at the end of a stretch, those under way counted as not made and as made."""
+        low, high = self.starts[k] + 1e-6, self.starts[k + 1] - 1e-6
+        first = sum(change.end <= low for change in self.changes)
+        last = sum(change.begin < high for change in self.changes)
+        return range(first, max(first, last) + 1)
+
+    def steps(self) -> list[list[Step]]:
+        """Lane by lane: stretches that follow each other, each with the lanes that are changed along it."""
+        found = []
+        for k, stretch in enumerate(self.stretches):
+            links = [self.ground.links[stretch.lanes[track]] for track in self.tracks(k)]
+            found.append([Step(link, stretch.low * link.length, stretch.high * link.length) for link in links])
+        return found
+
+
+def eased(share: Floats) -> Floats:
+    """From 0 to 1 with two vanishing derivatives at both ends."""
+    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+
+
+def spots_of(ground: Ground, place: Place, end: int) -> list[Spot]:
+    """Where `place` may be, `end` 0 for the beginning of a way and 1 for its end: several lanes side by side where it names a road.
+
+    A lane that is named begins and ends where it is wide enough; what counts as nothing stands for what is next to it.
 
     Raises:
-        RoadError: no such place, no way, or a cost that can be earned without end by going round.
+        RoadError: no such place.
     """
-    begin, finish = _options(network, start, 0.0), _options(network, goal, 1.0)
-    ids = list(network.links)
-    row = {name: k for k, name in enumerate(ids)}
-    price = _prices(network, ids, cost)
-    steps = _best(network, ids, row, price, begin, finish)
-    if steps is None:
-        # a position stands for the whole cross-section if the lane it is nearest to has no way
-        around = [_around(network, place, found) for place, found in ((start, begin), (goal, finish))]
-        steps = _best(network, ids, row, price, *around)
-    if steps is None:
-        raise RoadError(f"{network.path}: no way from {shown(start)} to {shown(goal)} along the lanes' directions")
-    return steps
-
-
-def _best(
-    network: LinkMap, ids: list[str], row: dict[str, int], price: Floats, begin: list[tuple[str, float]], finish: list[tuple[str, float]]
-) -> list[list[Step]] | None:
-    best: tuple[float, list[list[Step]]] | None = None
-    distances, before = _shortest(network, ids, row, price, [row[name] for name, _ in begin])
-    for k, (name, share) in enumerate(begin):
-        for last, until in finish:
-            found = _way(network, ids, row, price, (name, share), (last, until), distances[k], before[k])
-            if found is not None and (best is None or found[0] < best[0]):
-                best = found
-    return None if best is None else best[1]
-
-
-def _around(network: LinkMap, place: Place, found: list[tuple[str, float]]) -> list[tuple[str, float]]:
-    if isinstance(place, str):
-        return found
-    ((name, share),) = found
-    link = network.links[name]
-    return [(other, 1.0 - share if against else share) for other, against in zip(link.beside, link.against, strict=True)]
-
-
-def _options(network: LinkMap, place: Place, share: float) -> list[tuple[str, float]]:
-    """Links that `place` may mean, each with a share of its length: lanes side by side where it names a position or a road."""
+    path, links = ground.network.path, ground.links
     if not isinstance(place, str):
-        name, s, distance = network.nearest(*place)
+        name, s, distance = ground.network.nearest(*place)
         if distance > FAR:
             raise RoadError(
-                f"{network.path}: ({place[0]:.1f}, {place[1]:.1f}) is {distance:.0f} m from the nearest lane {name}, expected at most {FAR:.0f} m"
+                f"{path}: ({place[0]:.1f}, {place[1]:.1f}) is {distance:.0f} m from the nearest lane {name}, expected at most {FAR:.0f} m"
             )
-        return [(name, s / network.links[name].length)]
-    if place in network.links:
-        return [(place, share)]
-    if place not in network.lengths:
-        raise RoadError(f"{network.path}: no road or lane {place!r}, expected an id such as {', '.join(list(network.lengths)[:6])} or a position x,y")
-    own = [link for link in network.links.values() if link.road == place]
+        return [(name, s / links[name].length)] if name in ground.spans else _at_end(ground, name, end)
+    if place in links:
+        return _at_end(ground, place, end)
+    if place not in ground.network.lengths:
+        raise RoadError(f"{path}: no road or lane {place!r}, expected an id such as {', '.join(list(ground.network.lengths)[:6])} or a position x,y")
+    own = [link for link in links.values() if link.road == place and link.id in ground.lengths]
     if not own:
-        raise RoadError(f"{network.path}: road {place} has no drivable lane")
-    which = 0 if share == 0.0 else 1
-    ends = [link for link in own if link.at_ends[which]]
+        raise RoadError(f"{path}: road {place} has no drivable lane")
+    ends = [link for link in own if link.at_ends[end]]
     # a lane that begins or ends in a taper is no place to begin or end
-    found = [link for link in ends if link.end_widths[which] >= NARROW] or ends
-    return [(link.id, share) for link in found]
+    wide = [link for link in ends if link.end_widths[end] >= NARROW] or ends
+    return [spot for link in wide for spot in _at_end(ground, link.id, end)]
 
 
-def _prices(network: LinkMap, ids: list[str], cost: Cost) -> Floats:
-    if not callable(cost) and cost not in ("length", "time"):
-        raise RoadError(f"cost {cost!r} is unknown, expected length, time or a function")
-    found = np.full(len(ids), np.inf)
-    for k, name in enumerate(ids):
-        link = network.links[name]
-        try:
-            s, height = link.stations, link.centre[:, 2]
-        except RoadError:
-            continue
-        limit = link.limit_at(s)
-        if callable(cost):
-            found[k] = cost(s, height, limit)
-        elif cost == "length":
-            found[k] = s[-1]
-        else:
-            found[k] = float(np.sum(np.diff(s) / np.where(np.isfinite(limit[:-1]), limit[:-1], UNPOSTED)))
-        if np.isnan(found[k]):
-            raise RoadError(f"cost of lane {name} is not a number")
+def _at_end(ground: Ground, name: str, end: int) -> list[Spot]:
+    if name in ground.spans:
+        return [(name, ground.spans[name][-end][end])] if ground.spans[name] else []
+    if name not in ground.lengths:
+        return []
+    if end == 0:
+        return [(other, 0.0) for other in ground.after(name)]
+    return [(other, 1.0) for other in ground.spans if name in ground.links[other].successors]
+
+
+def around(ground: Ground, place: Place, spots: list[Spot]) -> list[Spot]:
+    """The same with all lanes side by side, where `place` is a position."""
+    if isinstance(place, str):
+        return spots
+    found = []
+    for name, share in spots:
+        link = ground.links[name]
+        found += [
+            (other, 1.0 - share if against else share) for other, against in zip(link.beside, link.against, strict=True) if other in ground.spans
+        ]
     return found
 
 
-def _edges(network: LinkMap, row: dict[str, int], price: Floats) -> tuple[list[int], list[int], list[float]]:
-    finite = price[np.isfinite(price)]
-    total = float(sum(link.length for k, link in enumerate(network.links.values()) if np.isfinite(price[k])))
-    change = CHANGE_WAY * float(np.sum(np.abs(finite))) / max(total, 1e-9)
-    begins, ends, weights = [], [], []
-    for name, link in network.links.items():
-        k = row[name]
-        if not np.isfinite(price[k]):
+def route_of(ground: Ground, way: Way) -> Route:
+    """The cross-sections along a way of the lattice, and its changes of lane spread over the room they have."""
+    (name, share), *_ = way.places
+    stretches = [Stretch(share, share, {0: name}, 0)]
+    changes: list[Change] = []
+    marks: list[tuple[int, float, int, float]] = []
+    for (before, _), (after, at), landing in zip(way.places, way.places[1:], way.changes[1:], strict=False):
+        made = len(changes)
+        if landing is None:
+            if after != before:
+                stretches.append(Stretch(0.0, at, {made: after}, made))
+            stretches[-1].high = at
             continue
-        for after in link.successors:
-            if np.isfinite(price[row[after]]):
-                begins.append(k)
-                ends.append(row[after])
-                # through a taper drives only who has no lane beside it
-                tapers = (link.left or link.right) and link.end_widths[1] < NARROW
-                tapers = tapers or ((later := network.links[after]).end_widths[0] < NARROW and bool(later.left or later.right))
-                weights.append(float(price[k]) + (1e3 * change if tapers else 0.0))
-        for beside in (link.left, link.right):
-            if beside is not None and np.isfinite(price[row[beside]]):
-                begins.append(k)
-                ends.append(row[beside])
-                weights.append(change * (1.0 if link.length > SHORT else 50.0))
-    return begins, ends, weights
+        first = len(stretches) - 1, stretches[-1].high
+        side: Side = next(side for side in ACROSS if ground.beside(landing.lanes[0][0], side) == landing.lanes[0][1])
+        for k, (a, b) in enumerate(landing.lanes):
+            if k:
+                stretches.append(Stretch(0.0, 1.0, {made: a}, made))
+            stretches[-1].high = 1.0
+            stretches[-1].lanes[made + 1] = b
+        stretches[-1].high = landing.share
+        changes.append(Change(side))
+        marks.append((*first, len(stretches) - 1, landing.share))
+    lengths = [(item.high - item.low) * ground.lengths[item.lanes[item.main]] for item in stretches]
+    route = Route(ground, stretches, np.concatenate([[0.0], np.cumsum(lengths)]), changes)
+    for k, mark in enumerate(marks):
+        changes[k].low, changes[k].high = _run(route, k, mark)
+    _spread(changes, [_way_to(route, last, end) for _, _, last, end in marks])
+    return route
 
 
-def _shortest(network: LinkMap, ids: list[str], row: dict[str, int], price: Floats, sources: list[int]) -> tuple[Floats, NDArray[np.int32]]:
-    """Least cost from the beginning of each source link to the beginning of every link, and the link before it on that way."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import NegativeCycleError, bellman_ford, dijkstra
-
-    begins, ends, weights = _edges(network, row, price)
-    least: dict[tuple[int, int], float] = {}
-    for begin, end, weight in zip(begins, ends, weights, strict=True):
-        # csgraph takes a zero for no edge
-        least[begin, end] = min(weight if weight != 0.0 else 1e-12, least.get((begin, end), np.inf))
-    keys = np.array(list(least), dtype=np.intp).reshape(-1, 2)
-    values = np.array(list(least.values()))
-    graph = csr_array((values, (keys[:, 0], keys[:, 1])), shape=(len(ids), len(ids)))
-    solve = bellman_ford if np.any(values < 0.0) else dijkstra
-    try:
-        distances, before = solve(graph, indices=sources, return_predecessors=True)
-    except NegativeCycleError:
-        raise RoadError(f"{network.path}: the cost falls without end on a way round, expected a cost that going round does not lower") from None
-    return distances, before
-
-
-def _way(
-    network: LinkMap,
-    ids: list[str],
-    row: dict[str, int],
-    price: Floats,
-    begin: tuple[str, float],
-    finish: tuple[str, float],
-    distances: Floats,
-    before: NDArray[np.int32],
-) -> tuple[float, list[list[Step]]] | None:
-    """Cost and steps of the cheapest way from one link and share of it to another; None where there is none."""
-    (first, share), (last, until) = begin, finish
-    start_link, goal_link = network.links[first], network.links[last]
-    # neighbours of a damaged file need not know of each other
-    same_way = dict(zip(goal_link.beside, goal_link.against, strict=True)).get(first) is False
-    side_by_side = last == first or (last in start_link.beside and same_way)
-    if side_by_side and share < until:
-        chain = _across(network, first, last)
-        if chain is not None:
-            whole = float(price[row[first]])
-            cost = whole * (until - share) + abs(whole) / max(start_link.length, 1e-9) * CHANGE_WAY * (len(chain) - 1)
-            return cost, [[_step(network.links[name], share, until) for name in chain]]
-    target = row[last]
-    chain_rows = [target]
-    way = float(distances[target])
-    if last in start_link.beside:
-        # the goal lies behind or level on the same stretch: the way leads round and enters the stretch anew
-        entries = [
-            row[name] for name, link in network.links.items() if last in link.successors and np.isfinite(distances[row[name]] + price[row[name]])
-        ]
-        if not entries:
-            return None
-        entry = min(entries, key=lambda k: distances[k] + price[k])
-        chain_rows.append(entry)
-        way = float(distances[entry] + price[entry])
-    if not np.isfinite(way):
-        return None
-    while before[chain_rows[-1]] >= 0:
-        chain_rows.append(int(before[chain_rows[-1]]))
-    groups = _by_cross_section(network, [ids[k] for k in reversed(chain_rows)])
-    cost = way - share * float(price[row[first]]) + until * float(price[target])
-    steps = []
-    for k, group in enumerate(groups):
-        low, high = share if k == 0 else 0.0, until if k == len(groups) - 1 else 1.0
-        steps.append([_step(network.links[name], low, high) for name in group])
-    return cost, steps
+def _run(route: Route, k: int, mark: tuple[int, float, int, float]) -> tuple[float, float]:
+    """Where change `k` could begin and end at the most, m along the way: as far as both its lanes lie side by side; they are noted on the way."""
+    ground, stretches, side = route.ground, route.stretches, route.changes[k].side
+    first, begin, last, end = mark
+    while True:
+        here, pair = stretches[first], _pair(stretches[first], k)
+        low = next((a for a, b in ground.common(*pair) if a - SAME <= begin <= b + SAME), begin)
+        if low > 0.0 or here.low > 0.0 or first == 0 or k not in (earlier := stretches[first - 1]).lanes:
+            begin = max(low, here.low)
+            break
+        name = earlier.lanes[k]
+        other = ground.beside(name, side)
+        if (
+            other is None
+            or pair not in ground.side_by_side_after(name, other, side)
+            or (spans := ground.common(name, other)) == []
+            or spans[-1][1] < 1.0
+        ):
+            begin = 0.0
+            break
+        earlier.lanes[k + 1] = other
+        first, begin = first - 1, 1.0
+    while True:
+        here, pair = stretches[last], _pair(stretches[last], k)
+        high = next((b for a, b in ground.common(*pair) if a - SAME <= end <= b + SAME), end)
+        if high < 1.0 or here.high < 1.0 or last + 1 == len(stretches) or k + 1 not in (later := stretches[last + 1]).lanes:
+            end = min(high, here.high)
+            break
+        other = later.lanes[k + 1]
+        name = ground.beside(other, ACROSS[side])
+        if name is None or (name, other) not in ground.side_by_side_after(*pair, side):
+            end = 1.0
+            break
+        later.lanes[k] = name
+        last, end = last + 1, 0.0
+    return _way_to(route, first, begin), _way_to(route, last, end)
 
 
-def _by_cross_section(network: LinkMap, names: list[str]) -> list[list[str]]:
-    """Links of a way, those that are changed between on one stretch together."""
-    groups: list[list[str]] = [[names[0]]]
-    for name, after in pairwise(names):
-        link = network.links[name]
-        if after in (link.left, link.right) and after not in link.successors:
-            groups[-1].append(after)
-        else:
-            groups.append([after])
-    return groups
+def _pair(stretch: Stretch, k: int) -> tuple[str, str]:
+    return stretch.lanes[k], stretch.lanes[k + 1]
 
 
-def _across(network: LinkMap, first: str, last: str) -> list[str] | None:
-    """Neighbours from `first` to `last`, both included."""
-    for side in ("left", "right"):
-        chain = [first]
-        while chain[-1] != last:
-            after = getattr(network.links[chain[-1]], side)
-            if after is None or after in chain:
-                break
-            chain.append(after)
-        if chain[-1] == last:
-            return chain
-    return None
+def _way_to(route: Route, k: int, share: float) -> float:
+    """Distance along the way of a share of a stretch's lanes, m."""
+    stretch = route.stretches[k]
+    length = max(stretch.high - stretch.low, SAME)
+    return float(route.starts[k] + (route.starts[k + 1] - route.starts[k]) * (share - stretch.low) / length)
 
 
-def _step(link: Link, low: float, high: float) -> Step:
-    return Step(link, low * link.length, high * link.length)
+def _spread(changes: list[Change], earliest: list[float]) -> None:
+    """Changes as long as their runs allow, at the ends of these; those that share a run share its room evenly.
+
+    `earliest` is where each can end at the earliest, m along the way: there is always room for that.
+    """
+    latest = np.inf
+    for k in range(len(changes) - 1, -1, -1):
+        change = changes[k]
+        change.end = max(min(change.high, latest), earliest[k])
+        room = min((change.end - other.low) / (k - j + 1) for j, other in enumerate(changes[: k + 1]))
+        change.begin = max(change.end - min(CHANGE, room), change.low, *earliest[max(k - 1, 0) : k])
+        latest = change.begin
+
+
+def names_along(route: Route) -> list[tuple[str, str]]:
+    """The links from lane to lane that a route uses, by the stretch that each leads to, from the second one on."""
+    found = []
+    for k, (before, after) in enumerate(pairwise(route.stretches)):
+        track = route.tracks(k).stop - 1
+        track = track if track in after.lanes and track in before.lanes else after.main
+        found.append((before.lanes[track], after.lanes[track]))
+    return found
 
 
 def shown(place: Place) -> str:

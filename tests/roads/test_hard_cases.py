@@ -139,11 +139,12 @@ def test_heights_are_given_at_all_points_or_at_none(tmp_path: Path):
         roads.read(path, width=7.0)
 
 
-def test_a_lanelet_with_heights_at_some_points_is_refused(tmp_path: Path):
+def test_a_lanelet_with_heights_at_some_points_takes_the_missing_ones_from_those(tmp_path: Path):
     path = samples.lanelet2(tmp_path)
     path.write_text(path.read_text().replace('<tag k="ele" v="500"/>', "", 1))
-    findings = roads.read_network(path).findings
-    assert any(finding.severity == "error" and "heights at all or none" in finding.message for finding in findings)
+    network = roads.read_network(path)
+    assert any("heights are led over" in finding.message for finding in network.findings)
+    assert all(np.allclose(border[:, 2], 500.0) for link in network.links.values() for border in link.borders)
 
 
 def test_left_hand_traffic_and_bus_lanes_of_sumo(tmp_path: Path):

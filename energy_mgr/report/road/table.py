@@ -88,11 +88,12 @@ def network_table(network: Network) -> str:
 
 
 def route_table(steps: list[list[Step]]) -> str:
-    """A route lane by lane."""
+    """A route lane by lane; a change of lane that one cross-section leaves unfinished goes on in the next one."""
     lines = [f"{'lane':>32}  {'from m':>9}  {'to m':>9}"]
-    for group in steps:
+    for before, group in zip([[], *steps[:-1]], steps, strict=True):
         for k, step in enumerate(group):
-            note = "" if k == 0 else "  change of lane"
+            goes_on = any(step.link.id in other.link.successors for other in before[1:])
+            note = "" if k == 0 else "  change of lane goes on" if goes_on else "  change of lane"
             lines.append(f"{step.link.id:>32}  {step.start:z9.1f}  {step.end:z9.1f}{note}")
     return "\n".join(lines) + "\n"
 

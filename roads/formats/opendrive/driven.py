@@ -95,7 +95,7 @@ def _in_turn(s: Floats, outer: list[Lane], forward: list[Lane]) -> tuple[Floats,
     """
     right, left = np.empty(len(s)), np.empty(len(s))
     at = 0
-    current = next(lane for lane in outer if not np.isnan(lane.right[0]))
+    current = next(lane for lane in (*outer, *forward) if not np.isnan(lane.right[0]))
     changes: list[tuple[int, Lane, Lane]] = []
     while at < len(s):
         gone = np.flatnonzero(np.isnan(current.right[at:]))

@@ -1,4 +1,4 @@
-"""Lanes of an OpenDRIVE road: sections, widths, limits, links."""
+"""Lanes of an OpenDRIVE road: widths, limits, links."""
 
 from __future__ import annotations
 
@@ -6,16 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..xml import Place, children, only
-from .records import DRIVABLE, NOTHING, Cubics, LaneRecord, SectionRecord
+from ..xml import Place, children
+from .records import DRIVABLE, NOTHING, Cubics, LaneRecord
 
 if TYPE_CHECKING:
     from ...findings import Findings
     from ..xml import Node
 
 UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
-#: Shorter sections are taken as slips of a rounding writer and skipped; stations that differ by less than `MEET` agree, m.
-SHORTEST, MEET = 1e-6, 1e-3
 #: Most lanes on one side of a section.
 MOST_LANES = 100
 
@@ -41,28 +39,12 @@ def cubics_of(nodes: list[Node], place: Place, key: str, shift: float = 0.0) -> 
     return Cubics(tuple(starts), tuple(rows))
 
 
-def sections_of(node: Node, nodes: list[Node], place: Place, findings: Findings, length: float, *, left_hand: bool) -> tuple[SectionRecord, ...]:
-    """The lane sections of one road, from its beginning to `length`."""
-    if not nodes:
-        raise place.error(node, f"id {node.get('id')!r} has no laneSection, expected at least one")
-    starts = [place.number(section, "s") for section in nodes]
-    if abs(starts[0]) > MEET:
-        findings.warn(place.at(nodes[0]), f"first laneSection starts at s = {starts[0]:g} m, expected 0; its lanes are taken from 0 on")
-    starts[0] = 0.0
-    found = []
-    for section, start, end in zip(nodes, starts, [*starts[1:], length], strict=True):
-        if end < start - MEET:
-            raise place.error(section, f"starts at s = {start:g} m, expected before {end:g} m, where the next one or the road's end is")
-        if end - start < SHORTEST:
-            findings.warn(place.at(section), f"laneSection of length {end - start:g} m is skipped")
-            continue
-        parts = children(section)
-        left, right = (_side(only(parts, side), place, findings, start, sign, left_hand) for side, sign in (("left", 1), ("right", -1)))
-        found.append(SectionRecord(start, end, left, right))
-    return tuple(found)
+def side_of(node: Node | None, place: Place, findings: Findings, start: float, sign: int, *, left_hand: bool) -> tuple[LaneRecord, ...]:
+    """The lanes on one side (+1 left, -1 right) of a section that starts at `start`, from the middle outwards to the last drivable one.
 
-
-def _side(node: Node | None, place: Place, findings: Findings, start: float, sign: int, left_hand: bool) -> tuple[LaneRecord, ...]:
+    Raises:
+        RoadError: lanes without sound ids or records.
+    """
     if node is None:
         return ()
     nodes = children(node).get("lane", [])
@@ -109,25 +91,40 @@ def _lane(node: Node, place: Place, findings: Findings, start: float, sign: int,
     widths, borders = parts.get("width", []), parts.get("border", [])
     if kind in DRIVABLE and not widths and not borders:
         findings.warn(place.at(node), f"lane {number} has neither width nor border, width 0 assumed")
-    speeds = [(start + place.number(speed, "sOffset", 0.0), speed_of(speed, place, findings)) for speed in parts.get("speed", [])]
-    frictions = [
-        (start + place.number(node, "sOffset", 0.0), place.number(node, "friction")) for node in parts.get("material", []) if node.get("friction")
+    speeds = [
+        (start + (place.optional(speed, "sOffset", 0.0, findings) or 0.0), speed_of(speed, place, findings)) for speed in parts.get("speed", [])
     ]
-    if any(friction <= 0.0 for _, friction in frictions):
-        raise place.error(node, f"friction is {min(friction for _, friction in frictions):g}, expected more than 0")
-    ends = [(end.tag, int(place.number(end, "id"))) for link in parts.get("link", []) for end in link]
     return LaneRecord(
         number,
         kind,
         direction,
         cubics_of(widths, place, "sOffset", start) if widths or not borders else None,
         cubics_of(borders, place, "sOffset", start) if borders and not widths else None,
-        tuple(lane for tag, lane in ends if tag == "predecessor"),
-        tuple(lane for tag, lane in ends if tag == "successor"),
+        _linked(parts, "predecessor", place, findings),
+        _linked(parts, "successor", place, findings),
         tuple(sorted((at, limit) for at, limit in speeds if limit is not None)),
         place.at(node),
-        tuple(sorted(frictions)),
+        _frictions(parts.get("material", []), place, findings, start),
     )
+
+
+def _linked(parts: dict[str, list[Node]], tag: str, place: Place, findings: Findings) -> tuple[int, ...]:
+    ends = [place.optional(end, "id", None, findings) for link in parts.get("link", []) for end in link if end.tag == tag]
+    return tuple(int(number) for number in ends if number is not None)
+
+
+def _frictions(nodes: list[Node], place: Place, findings: Findings, start: float) -> tuple[tuple[float, float], ...]:
+    """(station, share of dry asphalt); values that no surface has are left out."""
+    found = []
+    for node in nodes:
+        if not node.get("friction"):
+            continue
+        at, friction = place.optional(node, "sOffset", 0.0, findings), place.optional(node, "friction", None, findings)
+        if friction is not None and friction <= 0.0:
+            findings.warn(place.at(node), f"friction is {friction:g}, expected more than 0; the lane is read without it")
+        elif at is not None and friction is not None:
+            found.append((start + at, friction))
+    return tuple(sorted(found))
 
 
 def speed_of(node: Node, place: Place, findings: Findings) -> float | None:
@@ -137,9 +134,13 @@ def speed_of(node: Node, place: Place, findings: Findings) -> float | None:
         return np.inf
     if word == "undefined":
         return None
+    value = place.optional(node, "max", None, findings)
+    if value is None:
+        return None
     if unit not in UNITS:
-        raise place.error(node, f"unit is {unit!r}, expected m/s, km/h or mph")
-    value = place.float(node, "max", word) * UNITS[unit]
+        findings.warn(place.at(node), f"speed limit has the unit {unit[:20]!r} and is taken as unknown, expected m/s, km/h or mph")
+        return None
+    value *= UNITS[unit]
     if value <= 0.0:
         # writers put 0 where they know no limit; a limit of 0 would close the road
         findings.warn(place.at(node), f"speed limit of {word} {unit or 'm/s'} is taken as unknown, expected more than 0")

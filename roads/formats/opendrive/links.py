@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .geometry import Shapes
-    from .records import Connection, LaneRecord, OpenDrive, RoadEnd, RoadRecord
+    from .records import Connection, LaneRecord, OpenDrive, RoadEnd, RoadRecord, SectionRecord
 
     Floats = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ def links_of(drive: OpenDrive, shapes: Shapes) -> dict[str, Link]:
             for lane in section.lanes:
                 for along in _ways(lane) if lane.kind in DRIVABLE else ():
                     ahead = _next(drive, incoming.get(road.id, []), road, index, lane, along)
-                    links[_id(road.id, index, lane, along)].successors = [name for name in dict.fromkeys(ahead) if name in links]
+                    links[_id(road.id, road.sections[index], lane, along)].successors = [name for name in dict.fromkeys(ahead) if name in links]
     return links
 
 
@@ -47,8 +47,8 @@ def _ways(lane: LaneRecord) -> tuple[int, ...]:
     return (lane.direction,) if lane.direction else (1, -1)
 
 
-def _id(road: str, index: int, lane: LaneRecord, along: int) -> str:
-    return f"{road}/{index}/{lane.id}" + ("~" if lane.direction == 0 and along < 0 else "")
+def _id(road: str, section: SectionRecord, lane: LaneRecord, along: int) -> str:
+    return f"{road}/{section.number}/{lane.id}" + ("~" if lane.direction == 0 and along < 0 else "")
 
 
 def _groups(lanes: tuple[LaneRecord, ...]) -> list[list[LaneRecord]]:
@@ -64,7 +64,7 @@ def _groups(lanes: tuple[LaneRecord, ...]) -> list[list[LaneRecord]]:
 
 def _link(road: RoadRecord, shapes: Shapes, index: int, lane: LaneRecord, along: int) -> tuple[int, bool, Link]:
     limits = _limits(road, index, lane, along)
-    name = _id(road.id, index, lane, along)
+    name = _id(road.id, road.sections[index], lane, along)
     made = Link(name, road.id, lane.kind, partial(_borders, shapes, road.id, index, lane, along), limits=limits, left_hand=road.left_hand, exact=True)
     made.reference = partial(_way, shapes, road.id, index, along)
     ends = index == 0, index == len(road.sections) - 1
@@ -137,7 +137,7 @@ def _next(drive: OpenDrive, incoming: list[Connection], road: RoadRecord, index:
         if not _meets(road, other, along, connection.contact):
             continue
         for number, to in connection.lanes:
-            if number == lane.id:
+            if lane.id in road.known_as(number, end=along > 0):
                 found += _at_contact(other, connection.contact, to)
     return found
 
@@ -161,11 +161,13 @@ def _meets(road: RoadRecord, other: RoadRecord, along: int, contact: str) -> boo
 
 
 def _at_contact(other: RoadRecord, contact: str, number: int) -> list[str]:
-    return _entering(other, 0 if contact == "start" else len(other.sections) - 1, number, 1 if contact == "start" else -1)
+    at_end = contact != "start"
+    index, along = (len(other.sections) - 1, -1) if at_end else (0, 1)
+    return [name for own in other.known_as(number, end=at_end) for name in _entering(other, index, own, along)]
 
 
 def _entering(road: RoadRecord, index: int, number: int, along: int) -> list[str]:
     lane = road.sections[index].lane(number) if 0 <= index < len(road.sections) else None
     if lane is None or along not in _ways(lane):
         return []
-    return [_id(road.id, index, lane, along)]
+    return [_id(road.id, road.sections[index], lane, along)]

@@ -9,8 +9,9 @@ import numpy as np
 from ...errors import RoadError
 from ...geometry.plan_view import Clothoid, Cubic, PlanView
 from ..xml import Place, children, only, parse
-from .lanes import cubics_of, sections_of, speed_of
+from .lanes import cubics_of, speed_of
 from .records import Connection, OpenDrive, RoadEnd, RoadRecord
+from .sections import sections_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -97,7 +98,10 @@ def _road(node: Node, place: Place, findings: Findings) -> RoadRecord:
     for kind in parts.get("type", []):
         speed = kind.find("speed")
         limit = None if speed is None else speed_of(speed, place, findings)
-        speeds.append((place.number(kind, "s"), np.inf if limit is None else limit))
+        at = place.optional(kind, "s", None, findings)
+        if at is not None:
+            speeds.append((at, np.inf if limit is None else limit))
+    sections, at_start, at_end = sections_of(node, lanes.get("laneSection", []), place, findings, drawn, left_hand=left_hand)
     return RoadRecord(
         identity,
         node.get("name") or identity,
@@ -109,21 +113,24 @@ def _road(node: Node, place: Place, findings: Findings) -> RoadRecord:
         cubics_of(children(only(parts, "elevationProfile")).get("elevation", []), place, "s"),
         cubics_of(children(only(parts, "lateralProfile")).get("superelevation", []), place, "s"),
         cubics_of(lanes.get("laneOffset", []), place, "s"),
-        sections_of(node, lanes.get("laneSection", []), place, findings, drawn, left_hand=left_hand),
+        sections,
         tuple(sorted(speeds)),
-        _end(only(links, "predecessor"), place),
-        _end(only(links, "successor"), place),
+        _end(only(links, "predecessor"), place, findings),
+        _end(only(links, "successor"), place, findings),
         place.at(node),
+        at_start,
+        at_end,
     )
 
 
-def _end(node: Node | None, place: Place) -> RoadEnd | None:
+def _end(node: Node | None, place: Place, findings: Findings) -> RoadEnd | None:
     if node is None:
         return None
-    kind, contact = node.get("elementType", "road"), node.get("contactPoint", "")
-    if kind not in ("road", "junction"):
-        raise place.error(node, f"elementType is {kind!r}, expected road or junction")
-    return RoadEnd(kind, place.word(node, "elementId"), contact)
+    kind, other = node.get("elementType", "road"), (node.get("elementId") or "").strip()
+    if kind not in ("road", "junction") or not other:
+        findings.warn(place.at(node), f"<{node.tag}> leads to {kind[:20]!r} {other[:20]!r}, expected the id of a road or junction; it leads nowhere")
+        return None
+    return RoadEnd(kind, other, node.get("contactPoint", ""))
 
 
 def _plan_view(node: Node, geometries: list[Node], place: Place, findings: Findings) -> tuple[list[Element], np.ndarray]:
@@ -253,10 +260,13 @@ def _connections(node: Node, place: Place, findings: Findings) -> tuple[Connecti
         return ()
     found = []
     for connection in node.findall("connection"):
-        other = connection.get("connectingRoad") or connection.get("linkedRoad")
+        other, incoming = connection.get("connectingRoad") or connection.get("linkedRoad"), connection.get("incomingRoad")
         contact = connection.get("contactPoint", "start")
-        if not other or contact not in ("start", "end"):
-            raise place.error(connection, f"connectingRoad is {other!r} at contactPoint {contact!r}, expected a road's id at start or end")
-        lanes = tuple((int(place.number(link, "from")), int(place.number(link, "to"))) for link in connection.findall("laneLink"))
-        found.append(Connection(place.word(connection, "incomingRoad"), other, contact, lanes))
+        if not other or not incoming or contact not in ("start", "end"):
+            where = f"leads from road {incoming!r} to {other!r} at contactPoint {contact!r}"
+            findings.warn(place.at(connection), f"<connection> {where}, expected ids of roads, at start or end; it is left out")
+            continue
+        numbers = [[place.optional(link, key, None, findings) for key in ("from", "to")] for link in connection.findall("laneLink")]
+        lanes = tuple((int(begin), int(end)) for begin, end in numbers if begin is not None and end is not None)
+        found.append(Connection(incoming, other, contact, lanes))
     return tuple(found)

@@ -113,9 +113,8 @@ def _built(drive: OpenDrive, shape: RoadShape, along: int) -> Road:
 def _origin(reference: str) -> tuple[float, float] | None:
     """Latitude and longitude of (0, 0) where the file's projection is a plain transverse Mercator about it."""
     found = dict(re.findall(r"\+(\w+)=(\S+)", reference))
-    plain = found.get("proj") == "tmerc" and all(
-        float(found.get(key, default)) == want for key, default, want in _PLAIN if _is_number(found.get(key, default))
-    )
+    terms = [(found.get(key, default), want) for key, default, want in _PLAIN]
+    plain = found.get("proj") == "tmerc" and all(_is_number(word) and float(word) == want for word, want in terms)
     if not plain or not all(_is_number(found.get(key, "")) for key in ("lat_0", "lon_0")):
         return None
     return float(found["lat_0"]), float(found["lon_0"])

@@ -87,12 +87,16 @@ class LaneRecord:
 
 @dataclass(frozen=True, eq=False)
 class SectionRecord:
-    """Lanes between two stations: `left` from the middle outwards (ids 1, 2, ...), `right` likewise (-1, -2, ...)."""
+    """Lanes between two stations: `left` from the middle outwards (ids 1, 2, ...), `right` likewise (-1, -2, ...).
+
+    `number` counts the sections of the road in its file; those that are too short to count are missing among them.
+    """
 
     start: float
     end: float
     left: tuple[LaneRecord, ...]
     right: tuple[LaneRecord, ...]
+    number: int = 0
 
     def lane(self, number: int) -> LaneRecord | None:
         """The lane with that id, None where there is none."""
@@ -133,6 +137,14 @@ class RoadRecord:
     predecessor: RoadEnd | None
     successor: RoadEnd | None
     place: str
+    #: Numbers that others know lanes at the road's start and end by, with those of the lanes that are there; None: their own.
+    at_start: dict[int, tuple[int, ...]] | None = None
+    at_end: dict[int, tuple[int, ...]] | None = None
+
+    def known_as(self, number: int, *, end: bool) -> tuple[int, ...]:
+        """The lanes at one end of the road that others call `number`."""
+        names = self.at_end if end else self.at_start
+        return (number,) if names is None else names.get(number, ())
 
 
 @dataclass(frozen=True)

@@ -219,7 +219,6 @@ LANES = {
         section("", lane(-1, '<width sOffset="5" a="3" b="0" c="0" d="0"/><width sOffset="1" a="3" b="0" c="0" d="0"/>')),
         "sOffset goes back",
     ),
-    "unit": (section("", lane(-1, more='<speed sOffset="0" max="3" unit="knots"/>')), "unit is 'knots', expected m/s, km/h or mph"),
     "no lane for cars": (section("", lane(-1, kind="sidewalk")), "has no drivable lane"),
 }
 

@@ -124,18 +124,32 @@ def test_cost_decides_the_way(tmp_path):
         way(lambda s, height, limit: float("nan"))
 
 
-@pytest.mark.parametrize(("first", "last"), [(10.0, 200.0), (200.0, 10.0)])
-def test_the_way_round_is_the_shorter_one_wherever_its_long_lane_lies(first: float, last: float):
-    # from the end of `home` back to its beginning: by `one` and `two`, 210 m, or by `other` and `way`, 220 m
-    lengths = {"home": 200.0, "one": first, "two": last, "other": 110.0, "way": 110.0}
+def around(radius: float) -> np.ndarray:
+    """From the end of 200 m on the x axis back to their beginning, by half circles to the left (positive radius) or right: points (n, 2)."""
+    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 40)
+    bow = np.column_stack([np.abs(radius) * np.cos(angle), radius * (1.0 + np.sin(angle))])
+    return np.vstack([bow + np.array([200.0, 0.0]), [[x, 2.0 * radius] for x in range(190, 0, -10)], [[0.0, 2.0 * radius]] - (bow - bow[0])])
+
+
+@pytest.mark.parametrize("first", [10.0, 290.0])
+def test_the_way_round_is_the_shorter_one_wherever_its_long_lane_lies(first: float):
+    # from the end of `home` back to its beginning: by `one` and `two`, 300 m, or by `other` and `way`, 340 m
     after = {"home": ["one", "other"], "one": ["two"], "two": ["home"], "other": ["way"], "way": ["home"]}
+    lines = {"home": np.column_stack([np.linspace(0.0, 200.0, 41), np.zeros(41)])}
+    for names, radius, cut in ((("one", "two"), 50.0 / np.pi, first), (("other", "way"), -70.0 / np.pi, 170.0)):
+        line = around(radius)
+        s = np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T)))
+        for name, ends in zip(names, ((0.0, cut), (cut, s[-1])), strict=True):
+            at = np.linspace(*ends, int(ends[1] - ends[0]) + 2)
+            lines[name] = np.column_stack([np.interp(at, s, line[:, axis]) for axis in (0, 1)])
 
-    def link(name: str, y: float) -> roads.Link:
-        s = np.linspace(0.0, lengths[name], 11)
-        left, right = (np.column_stack([s, np.full(11, y + side), np.zeros(11)]) for side in (1.75, -1.75))
-        return roads.Link(name, name, "driving", lambda: (left, right), after[name], beside=(name,), against=(False,))
+    def link(name: str) -> roads.Link:
+        way = np.gradient(lines[name], axis=0)
+        normal = np.column_stack([-way[:, 1], way[:, 0], np.zeros(len(way))]) / np.hypot(*way.T)[:, None]
+        line = np.column_stack([lines[name], np.zeros(len(way))])
+        return roads.Link(name, name, "driving", lambda: (line + 1.75 * normal, line - 1.75 * normal), after[name], beside=(name,), against=(False,))
 
-    network = roads.Network("ring", "ring", "made here", {name: link(name, 100.0 * k) for k, name in enumerate(lengths)}, lengths)
+    network = roads.Network("ring", "ring", "made here", {name: link(name) for name in lines}, dict.fromkeys(lines, 1.0))
     steps = [step for group in network.steps((150.0, 0.0), (50.0, 0.0)) for step in group]
     assert [step.link.id for step in steps] == ["home", "one", "two", "home"]
     assert [(steps[k].start, steps[k].end) for k in (0, -1)] == [pytest.approx((150.0, 200.0)), pytest.approx((0.0, 50.0))]
