@@ -155,6 +155,7 @@ def paired(lanelet: Lanelet, findings: Findings) -> tuple[Floats, Floats]:
         left, right = _with_heights(left, right)
     if len(left) < 2 or len(right) < 2:
         raise RoadError(f"{lanelet.place}: lane {lanelet.id} has borders of {len(left)} and {len(right)} points, expected at least 2")
+    left, right = _once(left, right)
     if len(left) != len(right):
         shares = [_shares(lanelet, border) for border in (left, right)]
         both = np.union1d(*shares)
@@ -179,6 +180,14 @@ def paired(lanelet: Lanelet, findings: Findings) -> tuple[Floats, Floats]:
             f"{lanelet.place}: lane {lanelet.id} has its left border on the right or none apart from the right one, expected left of the way"
         )
     return _graded(left, right)
+
+
+def _once(left: Floats, right: Floats) -> tuple[Floats, Floats]:
+    """Borders without vertices that are given twice, where as many are on either side: one at the start of the left border and one at the end of the
+    right one would put all vertices between them beside the wrong partner.
+    """
+    kept = [line[np.append(True, np.hypot(*np.diff(line[:, :2], axis=0).T) > SAME)] for line in (left, right)]
+    return (kept[0], kept[1]) if len(left) == len(right) and len(kept[0]) == len(kept[1]) > 1 else (left, right)
 
 
 def _with_heights(left: Floats, right: Floats) -> tuple[Floats, Floats]:

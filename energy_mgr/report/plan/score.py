@@ -19,21 +19,21 @@ def score_table(score: Score) -> str:
     drive, road = score.drive, score.road
     stops = drive.stops
     lines = [
-        f"{road.name}: {road.length:.0f} m, {score.vehicle.name}, recorded {drive.duration:.1f} s"
-        + (f", {len(stops)} stop{'s' * (len(stops) > 1)} of {drive.duration - drive.moving_time:.0f} s in all" if stops else ""),
+        f"{road.name}: {road.length:z.0f} m, {score.vehicle.name}, recorded {drive.duration:z.1f} s"
+        + (f", {len(stops)} stop{'s' * (len(stops) > 1)} of {drive.duration - drive.moving_time:z.0f} s in all" if stops else ""),
         "",
         f"{'':28}{'as recorded':>13}{'planned':>11}",
-        f"{'  time s':28}{drive.duration:13.1f}{score.planned.duration:11.1f}",
-        f"{'  energy kWh':28}{score.energy_kwh:13.4f}{score.planned_kwh:11.4f}",
-        f"{'  kWh/100 km':28}{1e5 * score.energy_kwh / road.length:13.2f}{1e5 * score.planned_kwh / road.length:11.2f}",
+        f"{'  time s':28}{drive.duration:z13.1f}{score.planned.duration:z11.1f}",
+        f"{'  energy kWh':28}{score.energy_kwh:z13.4f}{score.planned_kwh:z11.4f}",
+        f"{'  kWh/100 km':28}{1e5 * score.energy_kwh / road.length:z13.2f}{1e5 * score.planned_kwh / road.length:z11.2f}",
     ]
     for name, value in score.recorded.components.items():
-        lines.append(f"{'    ' + spoken(name):28}{value / KWH:13.4f}{score.planned.components[name] / KWH:11.4f}")
+        lines.append(f"{'    ' + spoken(name):28}{value / KWH:z13.4f}{score.planned.components[name] / KWH:z11.4f}")
     saved = score.energy_kwh - score.planned_kwh
     percent = score.saving_percent
-    lines += ["", f"A plan would save {saved:.4f} kWh" + (f", {percent:.1f} %" if percent is not None else "") + _when(score)]
+    lines += ["", f"A plan would save {saved:z.4f} kWh" + (f", {percent:z.1f} %" if percent is not None else "") + _when(score)]
     if score.recorded.missed > _MISSED:
-        lines.append(f"The recorded speeds ask more than this car has: it would fall behind by up to {3.6 * score.recorded.missed:.0f} km/h.")
+        lines.append(f"The recorded speeds ask more than this car has: it would fall behind by up to {3.6 * score.recorded.missed:z.0f} km/h.")
     return "\n".join(lines)
 
 
@@ -41,7 +41,7 @@ def _when(score: Score) -> str:
     if score.late <= 0.0:
         return ", in the same time, with the same stops, within the car's limits and the road's."
     return (
-        f", but arrives {score.late:.1f} s later: within the car's limits of comfort and the road's speed limits the recorded time cannot be kept, "
+        f", but arrives {score.late:z.1f} s later: within the car's limits of comfort and the road's speed limits the recorded time cannot be kept, "
         "so this is no comparison at equal time."
     )
 

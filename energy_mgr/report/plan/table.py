@@ -86,13 +86,13 @@ def _notes(plan: Plan) -> list[str]:
 
 
 def _recorded_note(drive: Recorded, journey_time: float) -> str:
-    words = f"As recorded: {drive.moving_time:.1f} s in motion"
+    words = f"As recorded: {drive.moving_time:z.1f} s in motion"
     stops = drive.stops
     words += (
-        f" and {len(stops)} stop{'s' * (len(stops) > 1)} of {drive.duration - drive.moving_time:.0f} s in all, which count nowhere" if stops else ""
+        f" and {len(stops)} stop{'s' * (len(stops) > 1)} of {drive.duration - drive.moving_time:z.0f} s in all, which count nowhere" if stops else ""
     )
     if abs(journey_time - drive.moving_time) > 0.1:
-        words += f"; the plan arrives {abs(journey_time - drive.moving_time):.1f} s {'later' if journey_time > drive.moving_time else 'earlier'}"
+        words += f"; the plan arrives {abs(journey_time - drive.moving_time):z.1f} s {'later' if journey_time > drive.moving_time else 'earlier'}"
     return words + ". `energy-mgr score` counts the stops as driven."
 
 
