@@ -42,6 +42,8 @@ _NO_CHOICE = 1e-6
 _REDUCED = 1e-5
 #: First guesses one after the other, should the ones before not do: share of the scaled fastest energy, first barrier.
 _STARTS = (1.0, 1.0), (1.0, 1e-2), (0.3, 1e-2)
+#: How a first guess changes its speed towards ends that are passed at one, m/s^2.
+_GENTLY = 0.6
 #: How much later than the least time a profile is sought where none is known to arrive just then.
 _ROOM = 1e-3
 #: A gap below which a profile is the optimum to all purposes.
@@ -212,8 +214,14 @@ class EcoSolver:
 
     def _scaled(self, factor: float) -> Floats:
         """v^2/2 of the fastest speeds times a factor, scaled; from window to window slower still where one opens late."""
-        share = shares_through(self.limits, self.fastest.v, factor)
-        return 0.5 * np.minimum(share, 0.98) * self.fastest.v**2 / self._model.energy_scale
+        limits, fastest = self.limits, 0.5 * self.fastest.v**2
+        slower = np.minimum(shares_through(limits, self.fastest.v, factor), 0.98) * fastest
+        if not limits.closed:
+            # towards ends that are passed at a speed it changes gently: a step from there to the slower speeds is beyond all limits
+            way = limits.s - limits.s[0]
+            ends = np.maximum(fastest[0] - _GENTLY * way, fastest[-1] - _GENTLY * (way[-1] - way))
+            slower = np.maximum(slower, np.minimum(ends, 0.98 * fastest))
+        return slower / self._model.energy_scale
 
     def _solved(self, programme: ChainProgramme, slower: float, warm: Iterate | None, words: str) -> Solution:
         best: Solution | None = None

@@ -230,3 +230,16 @@ def test_a_stronger_motor_never_costs_more():
 def test_times_and_prices_that_make_no_sense_are_refused(given: dict, words: str):
     with pytest.raises(PlanningError, match=words):
         eco_profile(flat(length=500.0), **given)
+
+
+@pytest.mark.parametrize("car", ["romo", "van"])
+@pytest.mark.parametrize(("start", "end"), [(15.0, 15.0), (15.0, 0.0), (0.0, 15.0), (14.0, 10.0)])
+@pytest.mark.parametrize("later", [1.2, 2.0])
+def test_a_drive_that_passes_its_ends_slows_down_between_them(car: str, start: float, end: float, later: float):
+    limits = limits_of(CARS[car], length=1500.0, step=4.0, posted=28.0, start_speed=start, end_speed=end)
+    time = later * fastest_profile(limits).journey_time
+    found = eco_profile(limits, time)
+    assert found.status.startswith("solved")
+    assert found.v[[0, -1]] == pytest.approx([start, end], abs=1e-6)
+    # IPOPT on the same programme
+    assert energy(limits, found.v) == pytest.approx(energy(limits, nlp_profile(limits, time).v), rel=1e-4, abs=5.0)
