@@ -95,8 +95,7 @@ class Ground:
             return []
         if link.left is None and link.right is None:
             return [(0.0, 1.0)]
-        left, right = link.borders
-        over = np.hypot(*(left - right)[:, :2].T) + ROUNDING - NARROW
+        over = link.widths + ROUNDING - NARROW
         if over.min() >= 0.0:
             return [(0.0, 1.0)]
         if over.max() < 0.0:

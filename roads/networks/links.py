@@ -77,10 +77,15 @@ class Link:
         return way_along(self.centre)
 
     @cached_property
+    def widths(self) -> Floats:
+        """(n,) widths, m: on the surface where heights are exact (a banked lane is narrower seen from above), else in plan."""
+        left, right = self.borders
+        return np.linalg.norm((left - right)[:, : 3 if self.exact else 2], axis=1)
+
+    @property
     def end_widths(self) -> tuple[float, float]:
         """Width at its beginning and at its end, m."""
-        left, right = self.borders
-        return tuple(float(np.hypot(*(left[k] - right[k])[:2])) for k in (0, -1))  # pyright: ignore[reportReturnType]
+        return float(self.widths[0]), float(self.widths[-1])
 
     @property
     def length(self) -> float:

@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -172,3 +174,20 @@ def test_joints_of_a_network_are_checked(tmp_path):
         net.road("a", [])
     with pytest.raises(RoadError, match="no start of road 'q'"):
         net.enters("1", ("q", "start"))
+
+
+def test_a_banked_lane_is_as_wide_as_its_surface(tmp_path: Path):
+    lane = '<lane id="{0}" type="driving"><width sOffset="0" a="3" b="0" c="0" d="0"/></lane>'
+    path = tmp_path / "bank.xodr"
+    path.write_text(
+        '<OpenDRIVE><header revMajor="1" revMinor="6"/><road name="" length="200" id="1" junction="-1"><planView>'
+        '<geometry s="0" x="0" y="0" hdg="0" length="200"><line/></geometry></planView>'
+        '<lateralProfile><superelevation s="0" a="0.9" b="0" c="0" d="0"/></lateralProfile>'
+        '<lanes><laneSection s="0"><center><lane id="0" type="none"/></center>'
+        f"<right>{lane.format(-1)}{lane.format(-2)}</right></laneSection></lanes>"
+        "</road></OpenDRIVE>"
+    )
+    network = roads.read_network(path)
+    # seen from above it is 3 cos 0.9 = 1.86 m wide, which would be too narrow
+    assert network.links["1/0/-1"].end_widths == pytest.approx((3.0, 3.0))
+    assert network.route("1/0/-1", "1/0/-2").length == pytest.approx(200.0, abs=0.1)
