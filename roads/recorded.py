@@ -58,10 +58,15 @@ class Recorded:
 
     def between(self, start: float, end: float) -> Recorded | None:
         """The part from station `start` to `end` (m), counted from the start; None where too little of it lies there."""
-        here = np.flatnonzero((self.s >= start - 1e-9) & (self.s <= end + 1e-9))
-        if len(here) < 2:
+        start, end = max(start, float(self.s[0])), min(end, float(self.s[-1]))
+        inner = np.flatnonzero((self.s > start) & (self.s < end))
+        if len(inner) < 1 or end <= start:
             return None
-        return Recorded(self.t[here] - self.t[here[0]], np.clip(self.s[here] - start, 0.0, end - start), self.v[here])
+        t = np.interp([start, end], self.s, self.t)
+        v = np.interp(t, self.t, self.v)
+        rows = np.array([[t[0], start, v[0]], *np.column_stack([self.t, self.s, self.v])[inner], [t[1], end, v[1]]])
+        rows = rows[np.append(True, np.diff(rows[:, 0]) > 1e-9)]
+        return None if len(rows) < 2 else Recorded(rows[:, 0] - rows[0, 0], rows[:, 1] - start, rows[:, 2])
 
     def laid(self, at: Floats, s: Floats) -> Recorded:
         """The same drive where the stations `at` (n,) have become `s` (n,), m; its speeds stay, its stations move."""

@@ -40,7 +40,6 @@ class Score:
         recorded: the account of the recorded speeds over the road's heights; the friction brakes do what recuperation cannot.
         planned: the account of the plan, which stands where and as long as the recorded drive stood.
         plan: the plan.
-        late: by how much the plan arrives later, s: more than 0 where the car's limits do not allow the recorded time.
     """
 
     road: Road
@@ -48,7 +47,19 @@ class Score:
     recorded: CycleLedger
     planned: CycleLedger
     plan: Plan
-    late: float
+
+    @property
+    def late(self) -> float:
+        """By how much the plan takes longer, s: more than 0 where the car's limits do not allow the recorded time; less than 0 where going as slowly
+        as recorded would cost more energy.
+        """
+        return self.planned.duration - self.recorded.duration
+
+    @property
+    def same_ends(self) -> bool:
+        """Whether the plan begins and ends with the recorded speeds, within 0.5 m/s."""
+        v = self.plan.chosen.profile.v
+        return bool(max(abs(v[0] - self.drive.v[0]), abs(v[-1] - self.drive.v[-1])) <= 0.5)
 
     @property
     def drive(self) -> Recorded:
@@ -95,8 +106,8 @@ def score(
     if asked.journey_time is not None or asked.price is not None or asked.soc is not None or asked.speed != "eco":
         raise PlanningError("a score with an arrival time, a price of time, a charge or a speed method, expected none: it plans in the recorded time")
     car = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
-    plan, late = _planned(Planner(road, report=report), car, asked, drive)
-    return Score(road, car, recorded_ledger(road, car), _ledger(plan, drive), plan, late)
+    plan = _planned(Planner(road, report=report), car, asked, drive)
+    return Score(road, car, recorded_ledger(road, car), _ledger(plan, drive), plan)
 
 
 def recorded_ledger(road: Road, vehicle: Vehicle) -> CycleLedger:
@@ -117,7 +128,7 @@ def _slope(s: Floats, z: Floats) -> Floats:
     return np.where(way > 1e-6, np.diff(z) / np.maximum(way, 1e-6), 0.0)
 
 
-def _planned(planner: Planner, vehicle: Vehicle, asked: PlanRequest, drive: Recorded) -> tuple[Plan, float]:
+def _planned(planner: Planner, vehicle: Vehicle, asked: PlanRequest, drive: Recorded) -> Plan:
     """The plan in the recorded time, or in the least time that the car needs."""
     road = planner.road
     stops = [s for s, _ in _stops(drive, road)]
@@ -125,10 +136,9 @@ def _planned(planner: Planner, vehicle: Vehicle, asked: PlanRequest, drive: Reco
     if not road.closed:
         wished = replace(wished, rules=_with_ends(planner, vehicle, wished, drive))
     try:
-        return planner.plan(vehicle, replace(wished, journey_time=drive.moving_time)), 0.0
+        return planner.plan(vehicle, replace(wished, journey_time=drive.moving_time))
     except InfeasibleError:
-        plan = _least(planner, vehicle, wished)
-        return plan, plan.journey_time - drive.moving_time
+        return _least(planner, vehicle, wished)
 
 
 def _with_ends(planner: Planner, vehicle: Vehicle, asked: PlanRequest, drive: Recorded) -> DriveRules:

@@ -10,12 +10,13 @@ import numpy as np
 from ..borders import way_along
 from ..errors import RoadError
 from ..findings import Finding, Findings
+from .chords import beside, marks
 from .closing import looks_closed
 from .heights import STEEPEST, smoothed_heights
 from .legs import Leg, legs_of
-from .line import QUIET, anchors, apart, smoothed_line
+from .line import QUIET, Line, anchors, apart, smoothed_line
 from .progress import recorded_drive
-from .recording import Recording, astray, in_time
+from .recording import Recording, astray, in_time, spread
 from .spline import noise_of
 from .wish import Wish
 
@@ -34,6 +35,10 @@ STANDING = 0.05
 _GAP, _GAP_STEPS = 50.0, 4.0
 #: An anchor with so many times as many points as the typical one is a stop.
 _CROWD, _CROWDED = 4.0, 8
+#: Recorded speeds are used if the way that they cover is that of the places by this share.
+_AGREED = 0.1
+#: Of times that go back more than this share are not used at all.
+_MOST_BACK = 0.1
 #: A point farther off than this many times the typical distance is worth a word.
 _FAR_OFF = 6.0
 
@@ -80,6 +85,9 @@ def conditioned(recording: Recording, wish: Wish, closed: bool | None) -> Condit
     moving, at_place = _moving(recording)
     if len(moving) < 2:
         raise RoadError(f"{recording.place}: stands at one place, expected a way")
+    seam = float(np.hypot(*(moving.points[0] - moving.points[-1])))
+    if closed and seam > max(_GAP, _GAP_STEPS * moving.typical_step):
+        told.warn(recording.place, f"a circuit was asked for, whose ends are {seam:.0f} m apart: a way of that length is made up")
     closed = looks_closed(moving.points) if closed is None else closed
     noise, step = noise_of(moving.points), moving.typical_step
     crowds = _stops(moving)
@@ -87,6 +95,9 @@ def conditioned(recording: Recording, wish: Wish, closed: bool | None) -> Condit
         words.append(f"{crowds} stop{'s' * (crowds > 1)} drawn together")
     quiet = wish.plane is None and noise < QUIET and not crowds
     line = None if quiet else smoothed_line(moving.points, step, wish.plane, closed=closed)
+    if line is not None and wish.plane is None and _strays(line, moving):
+        told.warn(recording.place, "no smooth line stays beside its places (a drawn or thinned line?): they are taken as they are")
+        line = None
     if line is None:
         made = _from_points(recording, wish, closed, told, words)
     else:
@@ -99,9 +110,14 @@ def conditioned(recording: Recording, wish: Wish, closed: bool | None) -> Condit
         ends = np.vstack([line.points, line.points[:1]]) if closed else line.points
         at = way_along(ends)
         height = _heights(moving, line.station, at[: len(line.points)], wish, told, words)
-        made = Conditioned(line.points, height, closed, _drive(recording, line.station[at_place], float(at[-1])), ())
+        made = Conditioned(line.points, height, closed, _drive(recording, line.station[at_place], float(np.max(line.station)), told), ())
     _summary(recording, wish, words, told)
     return Conditioned(made.points, made.height, made.closed, made.recorded, tuple(told.all()))
+
+
+def _strays(line: Line, recording: Recording) -> bool:
+    """Whether a smoothed line swings out between the recorded places, farther than these scatter about it."""
+    return beside(line.points, recording.points) > max(_FAR_OFF * line.noise, float(np.max(np.abs(line.off))) + line.noise, 2.0)
 
 
 def _as_it_is(recording: Recording, closed: bool | None, told: Findings) -> Conditioned:
@@ -119,12 +135,20 @@ def _from_points(recording: Recording, wish: Wish, closed: bool, told: Findings,
     given = np.zeros(count) if kept.height is None else kept.height
     height = given if wish.raw else _heights(kept, s[:count], s[:count], wish, told, words)
     in_order = recording.time is None or bool(np.all(np.diff(recording.time) > 0.0))
-    recorded = _drive(recording, s[at_place], float(s[-1]) + seam) if in_order else None
-    return Conditioned(kept.points, height, closed, recorded, ())
+    recorded = _drive(recording, s[at_place], float(s[-1]), told) if in_order else None
+    at = marks(kept.points)
+    points = np.column_stack([np.interp(at, np.arange(count), column) for column in kept.points.T])
+    return Conditioned(points, np.interp(at, np.arange(count), height), closed, recorded, ())
 
 
 def _sound(recording: Recording, told: Findings, words: list[str]) -> Recording:
     """Without points that go back in time or were put astray."""
+    if recording.time is not None:
+        recording = replace(recording, time=spread(recording.time))
+        back = float(np.mean(~in_time(recording)))
+        if back > _MOST_BACK:
+            told.warn(recording.place, f"{100.0 * back:.0f} % of its times are not after those before them: its times are not used")
+            recording = replace(recording, time=None, speed=None)
     for mask, word, what in (
         (~in_time(recording), "out of order in time", "its time is not after that of the point before, expected times that increase"),
         (None, "astray", "far from where the points before and after it lead"),
@@ -144,8 +168,9 @@ def _leg(recording: Recording, wanted: int | None, told: Findings) -> Recording:
     legs = legs_of(recording)
     if wanted is not None and wanted > len(legs):
         raise RoadError(f"{recording.place}: leg {wanted} of a drive that has {len(legs)}, expected at most that")
-    longest = max(legs, key=lambda leg: round(leg.length, 3))
-    leg = longest if wanted is None else legs[wanted - 1]
+    # of two that are as long but for noise, as out and back, the first
+    enough = 0.95 * max(leg.length for leg in legs)
+    leg = next(leg for leg in legs if leg.length >= enough) if wanted is None else legs[wanted - 1]
     if len(legs) > 1:
         why = [f"turns back on its own line at {_after(one)}" if one.ended == "turn" else f"breaks off at {_after(one)}" for one in legs[:-1]]
         ways = ", ".join(f"leg {k} of {one.length:.0f} m" for k, one in enumerate(legs, 1))
@@ -192,23 +217,36 @@ def _heights(recording: Recording, s: Floats, at: Floats, wish: Wish, told: Find
         return np.zeros(len(at))
     found = smoothed_heights(s, recording.height, at, wish.height)
     if found.wrong.any():
-        first, count = int(np.argmax(found.wrong)), int(np.count_nonzero(found.wrong))
-        off = recording.height[first] - float(np.interp(s[first], at, found.height))
+        misses = np.where(found.wrong, recording.height - np.interp(s, at, found.height), 0.0)
+        first, count = int(np.argmax(np.abs(misses))), int(np.count_nonzero(found.wrong))
+        off = float(misses[first])
         told.warn(
             f"{recording.place}: {recording.names[first]} at s = {s[first]:.0f} m",
             f"height {off:+.1f} m off its surroundings is left out ({count} height{'s' * (count > 1)} in all): to get there a road would be steeper "
             f"than {100.0 * STEEPEST:.0f} %",
         )
         words.append(f"{count} height{'s' * (count > 1)} no road could reach left out")
+    slope = np.abs(np.diff(found.height)) / np.maximum(np.diff(at), 1e-6)
+    if len(slope) and float(np.max(slope)) > STEEPEST:
+        k = int(np.argmax(slope))
+        told.warn(
+            f"{recording.place} at s = {at[k]:.0f} m", f"the height steps by {found.height[k + 1] - found.height[k]:+.1f} m: no road does, look there"
+        )
     if found.noise > 0.0:
         words.append(f"heights smoothed by {found.noise:.2f} m" + (f" (told in steps of {found.step:g} m)" if found.step else ""))
     return found.height
 
 
-def _drive(recording: Recording, station: Floats, length: float) -> Recorded | None:
+def _drive(recording: Recording, station: Floats, length: float, told: Findings) -> Recorded | None:
     if recording.time is None:
         return None
-    return recorded_drive(recording.time, station, recording.speed, length)
+    speed = recording.speed
+    if speed is not None:
+        way = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(recording.time)))
+        if not abs(way - length) <= _AGREED * length:
+            told.warn(recording.place, f"its speeds cover {way:.0f} m, its places {length:.0f} m: the speeds are not used")
+            speed = None
+    return recorded_drive(recording.time, station, speed, length)
 
 
 def _summary(recording: Recording, wish: Wish, words: list[str], told: Findings) -> None:

@@ -25,8 +25,10 @@ LONGEST_WRONG = 500.0
 QUIET = 0.05
 #: Heights within this way are looked at together, m.
 _BIN = 10.0
-#: Steps in which heights are told, m, and of them the ones that are coarse.
-_STEPS, _COARSE = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1), 0.09
+#: Steps in which heights are told, m.
+_STEPS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)
+#: Fewer different heights tell no step.
+_FEW = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +100,8 @@ def _moved(smoother: Smoother, coefficients: Floats, weight: Floats) -> float:
 
 
 def told_in(z: Floats) -> float:
-    """The coarse step, m, of which all heights are multiples; 0 where there is none, or all are one."""
-    if float(np.ptp(z)) == 0.0:
+    """The coarse step, m, of which all heights are multiples; 0 where there is none, or too few different heights to tell."""
+    if len(np.unique(z)) < _FEW:
         return 0.0
     return next((step for step in _STEPS if np.all(np.abs(z / step - np.round(z / step)) < 1e-6)), 0.0)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .line import Anchors, anchors, apart
+from .line import QUIET, Anchors, anchors, apart
 from .spline import noise_of
 
 if TYPE_CHECKING:
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 #: A drive that comes back this close to the line it came on has turned round on the spot, m, or so many times the noise.
 _SAME_LINE, _NOISES = 3.0, 3.0
-#: Anchors before and after the tip that tell; the direction between them turns by more than this, rad.
-_ABOUT, _BACK = 2, 2.6
+#: Anchors about a tip that belong to it; the direction turns there by more than this, rad; no more anchors are looked through.
+_ABOUT, _BACK, _MOST = 2, 2.6, 200
 #: A gap is bridged up to this length, m, or up to this share of the way.
 BRIDGED, _SHARE = 1000.0, 0.1
 #: A leg shorter than this is none, m.
@@ -47,44 +47,62 @@ class Leg:
 
 
 def legs_of(recording: Recording) -> list[Leg]:
-    """The legs of a drive in their order, at least one; what is shorter than `SHORTEST` is left out where there are longer ones."""
+    """The legs of a drive in their order, at least one; what is shorter than `SHORTEST` is left out where there are longer ones.
+
+    Ways are those along anchors: along noisy places they would be longer the more there are.
+    """
     steps = recording.steps
-    way = np.concatenate([[0.0], np.cumsum(steps)])
-    breaks = [(int(k), int(k) + 1, "gap") for k in np.flatnonzero(steps > max(BRIDGED, _SHARE * float(way[-1])))]
-    breaks += [(k, k, "turn") for k in turning_points(recording)]
-    found, first = [], 0
+    found = anchors(recording.points, apart(recording.points, recording.typical_step))
+    exact = noise_of(recording.points) < QUIET
+    way = np.concatenate([[0.0], np.cumsum(steps)]) if exact else found.station[found.owner]
+    breaks = [(int(k), int(k) + 1, "gap") for k in np.flatnonzero(steps > max(BRIDGED, _SHARE * float(np.sum(steps))))]
+    breaks += [(k, k, "turn") for k in _turning_points(recording, found)]
+    legs, first = [], 0
     for end, begin, why in [*sorted(breaks), (len(recording) - 1, 0, "end")]:
         if end - first >= 1:
-            found.append(Leg(first, end, float(way[end] - way[first]), float(way[first]), why))
+            legs.append(Leg(first, end, float(way[end] - way[first]), float(way[first]), why))
         first = begin
-    return [leg for leg in found if leg.length >= SHORTEST] or [max(found, key=lambda leg: leg.length)]
+    return [leg for leg in legs if leg.length >= SHORTEST] or [max(legs, key=lambda leg: leg.length)]
 
 
 def turning_points(recording: Recording) -> list[int]:
     """Numbers of the points where the drive turns round on the spot and goes back along its own line."""
-    points = recording.points
-    distance = apart(points, recording.typical_step)
-    found = anchors(points, distance)
+    return _turning_points(recording, anchors(recording.points, apart(recording.points, recording.typical_step)))
+
+
+def _turning_points(recording: Recording, found: Anchors) -> list[int]:
     places = found.places
-    if len(places) < 2 * _ABOUT + 1:
-        return []
-    middle = np.arange(_ABOUT, len(places) - _ABOUT)
-    before, after = places[middle] - places[middle - _ABOUT], places[middle + _ABOUT] - places[middle]
-    turn = np.abs(np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], np.sum(before * after, axis=1)))
-    near = max(_SAME_LINE, _NOISES * noise_of(points))
+    near = max(_SAME_LINE, _NOISES * noise_of(recording.points))
     tips: list[int] = []
-    for k in middle[turn > _BACK].tolist():
-        if _retraces(places, k, near):
-            tip = _tip(points, found, k)
-            if not tips or tip - tips[-1] > 3:
+    for k in range(1, len(places) - 1):
+        # a quick look first: few ways turn back within one anchor
+        if (
+            float((places[k] - places[k - 1]) @ (places[min(k + 1, len(places) - 1)] - places[k])) > 0.0
+            and k > 1
+            and (float((places[k - 1] - places[k - 2]) @ (places[k + 1] - places[k])) > 0.0)
+        ):
+            continue
+        before, after = _away(places, k, -1), _away(places, k, 1)
+        if before is None or after is None:
+            continue
+        came, went = places[k] - places[before], places[after] - places[k]
+        turn = abs(float(np.arctan2(came[0] * went[1] - came[1] * went[0], came @ went)))
+        line = places[max(before - 1, 0) : k + 2]
+        if turn > _BACK and all(_distance(place, line) < near for place in places[k + 1 : after + 1]):
+            tip = _tip(recording.points, found, k, came)
+            if not tips or found.owner[tip] - found.owner[tips[-1]] > _ABOUT:
                 tips.append(tip)
     return tips
 
 
-def _retraces(places: Floats, k: int, near: float) -> bool:
-    """Whether the anchors after `k` lie on the polyline of those before it."""
-    line = places[max(k - 2 * _ABOUT, 0) : k + 2]
-    return all(_distance(place, line) < near for place in places[k + 1 : k + 1 + _ABOUT])
+def _away(places: Floats, k: int, way: int) -> int | None:
+    """The first anchor before (-1) or after (+1) `k` that is `SHORTEST` away from it as the crow flies; None where the drive ends before."""
+    at = k
+    while 0 <= at + way < len(places) and abs(at - k) < _MOST:
+        at += way
+        if float(np.hypot(*(places[at] - places[k]))) >= SHORTEST:
+            return at
+    return None
 
 
 def _distance(place: Floats, line: Floats) -> float:
@@ -93,8 +111,7 @@ def _distance(place: Floats, line: Floats) -> float:
     return float(np.min(np.hypot(*(a + share[:, None] * move - place).T)))
 
 
-def _tip(points: Floats, found: Anchors, k: int) -> int:
+def _tip(points: Floats, found: Anchors, k: int, ahead: Floats) -> int:
     """The point farthest on before the drive comes back."""
-    ahead = found.places[k] - found.places[k - _ABOUT]
     near = np.flatnonzero(np.abs(found.owner - k) <= _ABOUT)
     return int(near[np.argmax((points[near] - found.places[k]) @ ahead)])

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors import RoadError
 from ..geometry.curve import PlanarCurve
 from .spline import Smoother, cross_validated, noise_of, within
 
@@ -26,6 +27,8 @@ _SHARE, _CLOSEST, _WIDEST = 0.5, 1.0, 10.0
 _ROUNDS = 3
 #: Of a circuit the places up to this way before the start and after the end are wound on, m.
 _WRAP = 300.0
+#: A line that is longer than the way along the anchors by this factor swings about.
+_LONGEST = 1.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +128,11 @@ def smoothed_line(points: Floats, step: float, accuracy: float | None, *, closed
         start, end = float(np.min(u)), float(np.max(u))
         fine = np.linspace(start, end, max(int(np.ceil((end - start) / min(spacing, 5.0))), 3) + 1)
         curve = PlanarCurve.through(_distinct(fit(fine)))
+        if curve.length > _LONGEST * float(found.station[-1]) + 10.0 * spacing:
+            asked = "" if accuracy is None else f" within {accuracy:g} m"
+            raise RoadError(
+                f"no smooth line leads along the places{asked}: it would be {curve.length:.0f} m long, they are {found.station[-1]:.0f} m"
+            )
         near = (u - start) / (end - start) * curve.length
         u, off = curve.project(points, near)
     return _cut(curve, u, off, inner, spacing, closed=closed)

@@ -18,14 +18,22 @@ if TYPE_CHECKING:
 
 #: Slower for at least this long is a stop: m/s, s.
 STILL, SHORTEST_STOP = 0.5, 3.0
+#: A gap in time of at least this, and so many typical steps, over which it hardly moved is a stop, s; it begins and ends at once, within s.
+_PAUSE, _PAUSE_STEPS, _AT_ONCE = 5.0, 5.0, 0.5
+#: Fewer places of a stretch give one speed.
+_FEW = 8
 #: A table whose speeds between two rows are below this tells of no drive, m/s.
 _SLOWEST = 1e-3
+#: Speeds and times of a table agree if the ways that they tell do by this share.
+_AGREED = 0.05
 #: No more times describe a drive, and none closer than this, s.
 _MOST_TIMES, _CLOSEST = 50_000, 0.5
 
 
 def recorded_drive(t: Floats, u: Floats, speed: Floats | None, length: float) -> Recorded | None:
     """The drive along a line of `length` (m); None where nothing moved.
+
+    A receiver that does not record while it stands leaves a gap in time: what is before and after it is fitted apart, with a stop between.
 
     Args:
         t: (n,) times, increasing, s.
@@ -36,16 +44,36 @@ def recorded_drive(t: Floats, u: Floats, speed: Floats | None, length: float) ->
     if len(t) < 3 or length <= 0.0 or float(t[-1] - t[0]) <= 0.0:
         return None
     t = t - t[0]
-    step = max(float(np.median(np.diff(t))), _CLOSEST, float(t[-1]) / _MOST_TIMES)
-    grid = np.linspace(0.0, float(t[-1]), max(int(np.ceil(t[-1] / step)), 2) + 1)
-    if speed is None:
-        weight = np.ones(len(t))
-        smoother = Smoother(t, u[:, None], step, 3, weight)
-        fit = smoother.fit(cross_validated(t, u[:, None], step, 3, weight, lenient=True))
-        v = np.maximum(fit(grid, 1)[:, 0], 0.0)
-    else:
-        v = np.maximum(np.interp(grid, t, speed), 0.0)
-    return _from_speeds(grid, v, np.interp(grid, t, u), length)
+    typical = float(np.median(np.diff(t)))
+    step = max(typical, _CLOSEST, float(len(t)) * typical / _MOST_TIMES)
+    gaps = np.flatnonzero((np.diff(t) > max(_PAUSE, _PAUSE_STEPS * typical)) & (np.abs(np.diff(u)) < STILL * np.diff(t)))
+    times, speeds, stations = [], [], []
+    for part in np.split(np.arange(len(t)), gaps + 1):
+        if times:
+            # it comes to a halt and sets off at once: nothing is known of how
+            times.append(np.array([times[-1][-1] + _AT_ONCE, t[part[0]] - _AT_ONCE]))
+            speeds.append(np.zeros(2))
+            stations.append(np.full(2, u[part[0]]))
+        grid, v = _fitted(t[part], u[part], None if speed is None else speed[part], step)
+        times.append(grid)
+        speeds.append(v)
+        stations.append(np.interp(grid, t[part], u[part]))
+    return _from_speeds(np.concatenate(times), np.concatenate(speeds), np.concatenate(stations), length)
+
+
+def _fitted(t: Floats, u: Floats, speed: Floats | None, step: float) -> tuple[Floats, Floats]:
+    """Times of an even grid and speeds there, of a stretch without gaps in time."""
+    if len(t) < 2:
+        return t, np.zeros(1)
+    grid = np.linspace(t[0], t[-1], max(int(np.ceil((t[-1] - t[0]) / step)), 1) + 1)
+    if speed is not None:
+        return grid, np.maximum(np.interp(grid, t, speed), 0.0)
+    if len(t) < _FEW:
+        return grid, np.full(len(grid), max(float(u[-1] - u[0]), 0.0) / float(t[-1] - t[0]))
+    weight = np.ones(len(t))
+    smoother = Smoother(t, u[:, None], step, 3, weight)
+    fit = smoother.fit(cross_validated(t, u[:, None], step, 3, weight, lenient=True))
+    return grid, np.maximum(fit(grid, 1)[:, 0], 0.0)
 
 
 def from_columns(s: Floats, t: Floats | None, v: Floats | None) -> Recorded | None:
@@ -57,7 +85,15 @@ def from_columns(s: Floats, t: Floats | None, v: Floats | None) -> Recorded | No
         t = np.concatenate([[0.0], np.cumsum(np.diff(s) / mean)])
     if t is None or len(t) < 2 or np.any(np.diff(t) <= 0.0) or np.any(np.diff(s) < 0.0):
         return None
-    pace = np.gradient(s, t) if v is None else v
+    ds, dt = np.diff(s), np.diff(t)
+    told = None if v is None else float(np.sum(0.5 * (v[1:] + v[:-1]) * dt))
+    if v is None or told is None or not abs(told - float(s[-1] - s[0])) <= _AGREED * float(s[-1] - s[0]):
+        # speeds that cover another way than the places do are not those of this drive
+        pace = np.gradient(s, t)
+        still = np.append(ds <= 0.0, False) | np.append(False, ds <= 0.0)
+        pace = np.where(still, 0.0, pace)
+    else:
+        pace = v
     return Recorded(read_only(t - t[0]), read_only(s - s[0]), read_only(np.maximum(pace, 0.0)))
 
 

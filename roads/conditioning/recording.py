@@ -73,6 +73,21 @@ class Recording:
         return float(np.median(moving)) if len(moving) else 0.0
 
 
+def spread(time: Floats) -> Floats:
+    """Times (n,) in whole seconds of a receiver that records faster: those that are equal are spread evenly up to the next one."""
+    steps = np.diff(time)
+    if not len(steps) or np.any(steps < 0.0) or np.all(steps > 0.0) or np.all(steps == 0.0):
+        return time
+    first = np.flatnonzero(np.append(True, steps > 0.0))
+    count = np.diff(np.append(first, len(time)))
+    known = time[first]
+    ahead = np.append(np.diff(known), np.median(np.diff(known)))
+    # who stands gets no more than a second of the time to the next place
+    ahead = np.minimum(ahead, np.median(np.diff(known)))
+    which = np.repeat(np.arange(len(first)), count)
+    return known[which] + ahead[which] * (np.arange(len(time)) - first[which]) / count[which]
+
+
 def in_time(recording: Recording) -> Bools:
     """Which points (n,) to keep for their times to increase: as many as can be."""
     if recording.time is None:

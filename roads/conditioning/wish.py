@@ -33,5 +33,7 @@ class Wish:
                 raise RoadError(f"accuracy in the {name} {value} m, expected more than 0 and at most 100")
         if self.raw and (self.plane is not None or self.height is not None):
             raise RoadError("raw with an accuracy, expected one of them: raw data are not smoothed")
+        if self.raw and self.leg is not None:
+            raise RoadError(f"raw with leg {self.leg}, expected one of them: raw data are taken whole")
         if self.leg is not None and self.leg < 1:
             raise RoadError(f"leg {self.leg}, expected 1 or more")

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 #: Faster than this a car falls behind a recorded speed for more than noise, m/s.
 _MISSED = 0.5
+#: Times within this are the same, s.
+_SAME_TIME = 0.1
 
 
 def score_table(score: Score) -> str:
@@ -38,12 +40,19 @@ def score_table(score: Score) -> str:
 
 
 def _when(score: Score) -> str:
-    if score.late <= 0.0:
+    late = score.late
+    if abs(late) <= _SAME_TIME and score.same_ends:
         return ", in the same time, with the same stops, within the car's limits and the road's."
-    return (
-        f", but arrives {score.late:z.1f} s later: within the car's limits of comfort and the road's speed limits the recorded time cannot be kept, "
-        "so this is no comparison at equal time."
-    )
+    words = []
+    if late > _SAME_TIME:
+        words.append(f"arrives {late:z.1f} s later, since the limits of car, comfort and road do not allow the recorded time")
+    elif late < -_SAME_TIME:
+        words.append(f"arrives {-late:z.1f} s earlier, since going as slowly as recorded would cost more, or it does not stand where the drive did")
+    if not score.same_ends:
+        v = score.plan.chosen.profile.v
+        here = f"{3.6 * v[0]:z.0f} and {3.6 * v[-1]:z.0f} km/h"
+        words.append(f"begins and ends with {here}, the drive with {3.6 * score.drive.v[0]:z.0f} and {3.6 * score.drive.v[-1]:z.0f}")
+    return f", but {' and '.join(words)}: no comparison of like with like."
 
 
 def score_summary(score: Score) -> dict[str, Any]:
@@ -61,6 +70,7 @@ def score_summary(score: Score) -> dict[str, Any]:
         "plan": {
             "duration_s": score.planned.duration,
             "late_s": score.late,
+            "same_speeds_at_ends": score.same_ends,
             "energy_kwh": score.planned_kwh,
             "energy_by_component_kwh": {name: value / KWH for name, value in score.planned.components.items()},
         },

@@ -74,7 +74,7 @@ def _notes(plan: Plan) -> list[str]:
     if plan.battery is not None:
         notes.append(_battery_note(plan))
     if plan.road.recorded is not None:
-        notes.append(_recorded_note(plan.road.recorded, plan.journey_time))
+        notes.append(_recorded_note(plan.road.recorded, plan))
     if plan.chosen.profile.status == "solved early":
         why = "driving slower would cost more energy" if not plan.chosen.limits.windows else "its windows or the thriftiest speed ask for no later"
         notes.append(f"Arrives {compared.journey_time - plan.journey_time:z.1f} s before the time allowed: {why}.")
@@ -85,15 +85,19 @@ def _notes(plan: Plan) -> list[str]:
     return notes
 
 
-def _recorded_note(drive: Recorded, journey_time: float) -> str:
+def _recorded_note(drive: Recorded, plan: Plan) -> str:
     words = f"As recorded: {drive.moving_time:z.1f} s in motion"
     stops = drive.stops
     words += (
         f" and {len(stops)} stop{'s' * (len(stops) > 1)} of {drive.duration - drive.moving_time:z.0f} s in all, which count nowhere" if stops else ""
     )
+    journey_time, v = plan.journey_time, plan.chosen.profile.v
+    if max(abs(v[0] - drive.v[0]), abs(v[-1] - drive.v[-1])) > 0.5:
+        ends = f"{3.6 * drive.v[0]:z.0f} and {3.6 * drive.v[-1]:z.0f} km/h"
+        words += f"; it begins and ends with {ends}, the plan with {3.6 * v[0]:z.0f} and {3.6 * v[-1]:z.0f}: no like with like"
     if abs(journey_time - drive.moving_time) > 0.1:
         words += f"; the plan arrives {abs(journey_time - drive.moving_time):z.1f} s {'later' if journey_time > drive.moving_time else 'earlier'}"
-    return words + ". `energy-mgr score` counts the stops as driven."
+    return words + ". `energy-mgr score` counts stops and ends as driven."
 
 
 def _battery_note(plan: Plan) -> str:

@@ -199,6 +199,7 @@ def _road(
 def _as_told(table: dict[str, Floats], points: Floats, strip: Strip, closed: bool | None) -> tuple[Road, Ints]:
     """The road about the points themselves, with the table's other columns, and which of the rows are its stations."""
     name, right, left, edges, findings = strip
+    given = points
     keep = np.append(True, np.hypot(*np.diff(points, axis=0).T) > SAME_PLACE)
     points = points[keep]
     if closed is None:
@@ -209,10 +210,15 @@ def _as_told(table: dict[str, Floats], points: Floats, strip: Strip, closed: boo
     more = {key: _frozen(values[keep]) for key, values in table.items() if key not in ("x", "y", "z")}
     height = table["z"][keep] if "z" in table else 0.0
     made = Road.from_points(name, points, right, left, closed=closed, height=height, lane_edges=edges, columns=more, findings=findings)
-    s, speeds, times = made.s, more.get("v"), more.get("t")
-    if made.closed and len(s) > 1 and times is None and speeds is not None:
-        s, speeds = np.append(s, made.length), np.append(speeds, speeds[0])
-    return replace(made, recorded=from_columns(s, times, speeds)), np.flatnonzero(keep)
+    # rows that repeat a place tell that it stood there
+    whole = np.append(made.s, made.length) if made.closed else made.s
+    at = whole[np.minimum(np.cumsum(np.append(True, np.hypot(*np.diff(given, axis=0).T) > SAME_PLACE)) - 1, len(whole) - 1)]
+    recorded = from_columns(at, table.get("t"), table.get("v"))
+    if recorded is None and ("t" in table or "v" in table):
+        words = "its times and speeds tell of no drive (times that do not increase, or speeds of 0 on the way): they are kept as columns alone"
+        findings = (*made.findings, Finding("note", name, words))
+        made = replace(made, findings=findings)
+    return replace(made, recorded=recorded), np.flatnonzero(keep)
 
 
 def _recorded(recording: Recording, strip: Strip, closed: bool | None, wish: Wish) -> Road:

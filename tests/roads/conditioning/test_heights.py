@@ -83,7 +83,14 @@ def test_stairs_of_whole_metres_are_a_slope():
 
 
 @pytest.mark.parametrize(
-    ("values", "step"), [([1.0, 2.0, 5.0], 1.0), ([0.5, 1.0, 3.0], 0.5), ([1.03, 2.0], 0.0), ([7.0, 7.0], 0.0), ([10.0, 30.0], 10.0)]
+    ("values", "step"),
+    [
+        ([1.0, 2.0, 5.0, 7.0, 9.0], 1.0),
+        ([0.5, 1.0, 3.0, 4.5, 6.0], 0.5),
+        ([1.03, 2.0, 3.0, 4.0, 5.0], 0.0),
+        ([7.0, 7.0], 0.0),
+        ([10.0, 30.0], 0.0),
+    ],
 )
 def test_the_step_that_heights_are_told_in(values: list[float], step: float):
     assert told_in(np.array(values)) == step

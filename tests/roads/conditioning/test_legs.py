@@ -92,7 +92,8 @@ def test_points_out_of_order_in_time_are_left_out():
     time[[20, 21]] = [5.0, 6.0]
     assert np.flatnonzero(~in_time(recording(wavy(), time))).tolist() == [20, 21]
     found = conditioned(recording(wavy(), time), Wish(), None)
-    assert len(found.points) == 79
+    # where two are missing a place between holds the curve
+    assert len(found.points) == 80
     assert "point 20" in str(found.findings[0])
 
 
@@ -113,3 +114,24 @@ def test_wishes_out_of_range_are_refused(wish: dict[str, float], message: str):
 def test_what_stands_still_is_no_drive():
     with pytest.raises(RoadError, match="stands at one place"):
         made(np.zeros((50, 2)))
+
+
+@pytest.mark.parametrize("stood", [120, 600])
+def test_a_receiver_that_drifts_while_the_car_stands_turns_nothing_round(stood: int):
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        drift = np.zeros((stood, 2))
+        for k in range(1, stood):
+            drift[k] = 0.983 * drift[k - 1] + 0.18 * rng.normal(0.0, 2.5, 2)
+        way = wavy()
+        drive = np.vstack([way[:40], way[40] + drift, way[40:]]) + rng.normal(0.0, 0.3, (81 + stood, 2))
+        assert len(legs_of(recording(drive))) == 1
+
+
+def test_crawling_is_no_turning_back():
+    for seed in range(5):
+        x = np.arange(0.0, 400.0, 0.05)
+        drive = np.column_stack([x, 10.0 * np.sin(x / 80.0)]) + np.random.default_rng(seed).normal(0.0, 0.5, (len(x), 2))
+        (leg,) = legs_of(recording(drive))
+        # along the points it would be six kilometres; along anchors four noises apart it is a third too much
+        assert leg.length < 600.0

@@ -6,6 +6,7 @@ import pytest
 from roads import Recorded, RoadError, open_road
 from roads.conditioning.conditioned import conditioned
 from roads.conditioning.progress import from_columns, recorded_drive
+from roads.conditioning.recording import spread
 from roads.conditioning.wish import Wish
 
 from .drives import Receiver, driven, recorded
@@ -88,3 +89,44 @@ def test_a_road_that_is_cut_keeps_its_part_of_the_drive():
     anew = road.resampled(3.0)
     assert anew.recorded is not None
     assert anew.recorded.s[-1] == pytest.approx(s[-1], abs=0.5)
+
+
+@pytest.mark.parametrize("pause", [30.0, 600.0, 1e5])
+@pytest.mark.parametrize("told", [False, True])
+def test_a_receiver_that_pauses_while_standing_leaves_a_stop(pause: float, told: bool):
+    t = np.arange(200.0)
+    t[100:] += pause
+    u = 10.0 * np.arange(200.0)
+    drive = recorded_drive(t, u, np.full(200, 10.0) if told else None, 1990.0)
+    assert drive is not None
+    ((place, stood),) = drive.stops
+    assert place == pytest.approx(1000.0, abs=12.0)
+    assert stood == pytest.approx(pause, abs=2.5)
+    assert drive.moving_time == pytest.approx(199.0, abs=3.0)
+    assert np.median(drive.v[drive.v > 0.0]) == pytest.approx(10.0, rel=0.02)
+
+
+def test_times_in_whole_seconds_are_spread():
+    assert spread(np.array([0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0])) == pytest.approx(np.arange(8) / 4.0)
+    assert spread(np.array([0.0, 1.0, 2.0])) == pytest.approx([0.0, 1.0, 2.0])
+
+
+def test_rows_that_repeat_a_place_are_a_stop_and_speeds_of_another_drive_are_none():
+    t = np.arange(30.0)
+    s = np.concatenate([np.arange(10.0) * 10.0, np.full(10, 90.0), 90.0 + np.arange(1.0, 11.0) * 10.0])
+    drive = from_columns(s, t, None)
+    assert drive is not None
+    ((place, stood),) = drive.stops
+    assert place == 90.0
+    assert stood == pytest.approx(10.0)
+    even = from_columns(10.0 * t, t, np.full(30, 36.0))
+    assert even is not None
+    assert even.v == pytest.approx(10.0)
+
+
+def test_a_part_ends_where_it_is_cut_and_not_at_a_sample():
+    drive = Recorded(np.array([0.0, 50.0, 100.0]), np.array([0.0, 500.0, 1000.0]), np.full(3, 10.0))
+    part = drive.between(200.0, 800.0)
+    assert part is not None
+    assert part.duration == pytest.approx(60.0)
+    assert part.s[[0, -1]] == pytest.approx([0.0, 600.0])

@@ -41,7 +41,7 @@ def test_times_become_a_recorded_drive(tmp_path: Path):
 def test_recorded_speeds_are_used(tmp_path: Path):
     path = drive(tmp_path)
     text = path.read_text().replace(
-        "</time>", "</time><extensions><a:TrackPointExtension><a:speed>12.5</a:speed></a:TrackPointExtension></extensions>"
+        "</time>", "</time><extensions><a:TrackPointExtension><a:speed>14.0</a:speed></a:TrackPointExtension></extensions>"
     )
     path.write_text(text.replace("<gpx ", '<gpx xmlns:a="http://www.garmin.com/xmlschemas/TrackPointExtension/v2" '))
     road = roads.read(path)
@@ -49,6 +49,11 @@ def test_recorded_speeds_are_used(tmp_path: Path):
     # as even as they were told, scaled to the way in the time there was
     assert np.ptp(road.recorded.v) < 0.01
     assert road.recorded.v[0] == pytest.approx(road.length / road.recorded.duration, rel=1e-3)
+    path.write_text(path.read_text().replace("14.0", "36.0"))
+    other = roads.read(path)
+    assert any("the speeds are not used" in str(finding) for finding in other.findings)
+    assert other.recorded is not None
+    assert np.ptp(other.recorded.v) > 5.0
 
 
 def test_a_line_without_borders_is_one_lane_with_a_word(tmp_path: Path):
@@ -97,7 +102,7 @@ def test_further_tracks_are_told(tmp_path: Path):
 def test_raw_accuracy_and_leg_reach_the_line(tmp_path: Path):
     path = drive(tmp_path, plane=2.0)
     places = len(recorded(open_road("rural"), Receiver(plane=2.0), 0, (1200.0, 20.0)))
-    assert len(roads.read(path, raw=True).s) == places
+    assert places <= len(roads.read(path, raw=True).s) < 1.2 * places
     loose, tight = roads.read(path, accuracy=3.0), roads.read(path, accuracy=(0.8, 5.0))
     assert loose.reference.squared_curvature() < tight.reference.squared_curvature()
     with pytest.raises(RoadError, match="leg 2 of a drive that has 1"):
