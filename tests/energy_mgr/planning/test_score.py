@@ -122,3 +122,10 @@ def test_what_is_not_compared_like_with_like_is_said():
     fast = score(driven(open_road("commute"), 35.0), "romo")
     assert not fast.same_ends
     assert "begins and ends with" in score_table(fast)
+
+
+def test_a_drive_that_passes_its_ends_is_planned_so():
+    made = score(driven(STRAIGHT, 15.0), "romo")
+    assert made.same_ends
+    assert made.plan.chosen.profile.v[[0, -1]] == pytest.approx([15.0, 15.0], abs=1e-3)
+    assert made.planned.components["kinetic"] == pytest.approx(0.0, abs=100.0)
